@@ -1,0 +1,107 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ocublast::link {
+
+enum class Role { flow, solid };
+
+/// Wet surface of a solid: closed, triangles oriented outward. The load is given at its vertices.
+struct InterfaceMesh {
+  std::string name;
+  std::vector<double> vertices;          ///< [n_vertices, 3] reference positions, m
+  std::vector<std::int32_t> triangles;   ///< [n_triangles, 3]
+  [[nodiscard]] std::size_t n_vertices() const { return vertices.size() / 3; }
+};
+
+/// How a participant finds its coupler. Filled from the environment that the coupler gives to the
+/// solvers it starts (OCUBLAST_ENDPOINT, OCUBLAST_TOKEN, ...).
+struct Connection {
+  Role role = Role::flow;
+  std::string program;           ///< name and version, for messages
+  std::uint64_t case_hash = 0;   ///< CaseReader::hash(); must agree on all sides
+  std::string endpoint;          ///< ipc://... or tcp://...
+  std::string token;             ///< secret of this run
+  double silence_limit = 60.0;   ///< s without word from the coupler before a wait ends in LinkError
+};
+
+/// Connection from the environment. Throws LinkError that says how to start a coupled case when the
+/// environment names no coupler.
+[[nodiscard]] Connection connection_from_environment(Role role, std::string program,
+                                                     std::uint64_t case_hash);
+/// Whether a coupler has started this program.
+[[nodiscard]] bool started_by_coupler();
+
+/// The load inside a window as the solid sees it.
+enum class LoadShape { linear, constant };   ///< from the last window's end value to this one's; or this one's
+/// The wall inside a window as the flow sees it.
+enum class WallPath { cubic, straight };
+
+/// What the coupler asks next.
+struct Order {
+  enum class Kind { step, checkpoint, finish };
+  Kind kind = Kind::step;
+  std::uint64_t window = 0;   ///< 1, 2, ...
+  double t_begin = 0.0;       ///< s
+  double t_end = 0.0;         ///< s; both participants end the window at exactly this value
+  std::uint32_t steps = 0;    ///< steps to take in the window; 0: as many as stability needs
+  LoadShape load_shape = LoadShape::linear;
+  WallPath wall_path = WallPath::cubic;
+  /// Flow: the wall has not moved since the last window. Solid: the load is exactly zero.
+  /// The arrays are empty then.
+  bool idle = false;
+  std::span<const double> position;      ///< flow: [n,3] predicted at t_end, m
+  std::span<const double> velocity;      ///< flow: [n,3] predicted at t_end, m/s
+  std::span<const double> overpressure;  ///< solid: [n] at t_end, Pa
+  std::filesystem::path checkpoint;      ///< kind checkpoint: directory to write to (exists)
+};
+
+/// What a participant reports of a finished window.
+struct Report {
+  bool idle = false;                     ///< flow: load exactly zero; solid: nothing has moved
+  std::span<const double> position;      ///< solid: [n,3] at t_end, m
+  std::span<const double> velocity;      ///< solid: [n,3] at t_end, m/s
+  std::span<const double> overpressure;  ///< flow: [n] at t_end, Pa
+  double stable_step = 0.0;              ///< s, largest step of its own it can take next
+  std::uint32_t steps_taken = 0;
+  double work = 0.0;                     ///< J, done on the solid by the load in this window, own quadrature
+  std::array<double, 3> impulse{};       ///< N s, given to the solid in this window
+  double impedance = 0.0;                ///< kg/(m^2 s): flow: largest rho c at the wall; solid: see mass
+  double mass_per_area = 0.0;            ///< kg/m^2: solid: smallest mass per area its waves reach in a window
+  double compute_seconds = 0.0;          ///< wall time spent computing this window
+};
+
+/// One side of a coupled run. Every wait has a deadline; a lost or silent coupler ends in LinkError
+/// that says who, when, in which window, and why.
+/// Order of calls: construct; solid: send_mesh; flow: receive_mesh; ready; then next() and, for each
+/// step order, send(report), for each checkpoint order, checkpoint_written(); after finish, goodbye().
+class Participant {
+ public:
+  explicit Participant(const Connection& connection);
+  ~Participant();
+  Participant(Participant&&) noexcept;
+  Participant& operator=(Participant&&) noexcept;
+
+  void send_mesh(const InterfaceMesh& mesh);              ///< solid
+  [[nodiscard]] InterfaceMesh receive_mesh();             ///< flow
+  /// Set-up is done: own stable step [s], and the window and time it resumed at (0, 0.0 when fresh).
+  void ready(double stable_step, std::uint64_t window = 0, double time = 0.0);
+  [[nodiscard]] Order next();                             ///< spans stay valid until the next call
+  void send(const Report& report);
+  void checkpoint_written();
+  void goodbye();
+  /// Tells the coupler why this side gives up; never throws. Called before the program ends itself.
+  void abort(const std::string& reason) noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace ocublast::link

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "flow_solver/gas/gas.hpp"
+#include "flow_solver/grid/fields.hpp"
+#include "flow_solver/grid/grid.hpp"
+#include "flow_solver/immersed/cut_lines.hpp"
+
+namespace ocublast::flow {
+
+/// Closed triangulated surface, triangles oriented outward (out of the body, into the gas).
+struct BodySurface {
+  std::vector<double> vertices;         ///< [n_vertices, 3], m
+  std::vector<std::int32_t> triangles;  ///< [n_triangles, 3]
+};
+
+enum class WallSlip { slip, no_slip };
+
+struct Body {
+  std::string name;
+  BodySurface surface;
+  WallSlip slip = WallSlip::slip;
+  double wall_temperature = 0.0;  ///< K; 0: adiabatic
+  bool moves = false;             ///< false: never moves, its geometry is searched once
+};
+
+/// Force of the gas on a body relative to ambient pressure, over its exposed surface.
+struct BodyLoad {
+  std::array<double, 3> force{};    ///< N
+  std::array<double, 3> moment{};   ///< N m about the origin
+  double power = 0.0;               ///< W, force density times wall velocity
+  double exposed_area = 0.0;        ///< m^2
+  double largest_impedance = 0.0;   ///< kg/(m^2 s), rho c of the gas at the wall
+};
+
+/// What a change of topology did; printed, never silent.
+struct TopologyReport {
+  std::size_t fresh_nodes = 0;      ///< body nodes that became fluid
+  std::size_t rebuilt_nodes = 0;    ///< of these, rebuilt because the nearest side had changed
+  std::size_t blocked_segments = 0;
+  std::size_t fluid_nodes = 0;      ///< nodes tagged fluid now
+  double smallest_gap = 0.0;        ///< in cells, over segments between two walls; 0: none
+};
+
+struct ImmersedOptions {
+  double gap_block = 1.0;                 ///< cells; segments between walls narrower than this are body
+  double smooth_below_degrees = 35.0;     ///< normals are interpolated across edges flatter than this
+};
+
+/// Bodies immersed in a Cartesian grid: tags, cut lines, ghost states, surface pressure.
+/// One step of the flow solver: move_to(t of the stage) and compute_ghosts(W) before each stage,
+/// with the topology frozen; after the step move_to(t_end) and update_topology(W).
+class ImmersedBoundary {
+ public:
+  ImmersedBoundary(const Grid& grid, const Gas& gas, std::vector<Body> bodies,
+                   const ImmersedOptions& options);
+  ~ImmersedBoundary();
+  ImmersedBoundary(ImmersedBoundary&&) noexcept;
+  ImmersedBoundary& operator=(ImmersedBoundary&&) noexcept;
+
+  [[nodiscard]] std::size_t n_bodies() const;
+  [[nodiscard]] const Body& body(std::size_t b) const;
+
+  /// Cubic (Hermite) path of a moving body's vertices over [t_begin, t_end]: it starts from the wall
+  /// state the last path ended with (the reference state at rest, the first time). [n_vertices, 3].
+  void set_path(std::size_t b, double t_begin, double t_end, std::span<const double> position_end,
+                std::span<const double> velocity_end);
+  /// The same with straight paths between the positions (the paper's choice).
+  void set_straight_path(std::size_t b, double t_begin, double t_end,
+                         std::span<const double> position_end);
+  /// Wall position, velocity and acceleration at time t; outside the path's interval its end state,
+  /// at rest.
+  void move_to(double t);
+
+  /// Crossings, tags, segments and feet for the current wall; fills fresh nodes of W.
+  TopologyReport update_topology(FieldsView<double> W);
+  /// Ghost states of all wall ends and the values of band nodes, from W and the current wall.
+  /// Domain ghosts of W must be filled.
+  void compute_ghosts(FieldsView<double> W);
+
+  [[nodiscard]] const CutLines& lines(int axis) const;
+  [[nodiscard]] std::span<const std::uint8_t> tags() const;  ///< NodeTag [n_k, n_j, n_i]
+  /// Ghost values since the start that had to fall back to the end node's own state.
+  [[nodiscard]] std::uint64_t n_fallbacks() const;
+  /// Largest time step [s] for which no wall moves more than half its local thickness or 0.3 cells.
+  [[nodiscard]] double wall_step_limit() const;
+
+  /// Overpressure [Pa] (p - ambient) at the vertices of body b, modified by rho a_n s; 0 where buried.
+  void read_overpressure(FieldsView<const double> W, std::size_t b, double ambient_pressure,
+                         std::span<double> at_vertices) const;
+  /// Load on body b from the same read-out, integrated over the exposed part of its facets.
+  [[nodiscard]] BodyLoad load(FieldsView<const double> W, std::size_t b,
+                              double ambient_pressure) const;
+  [[nodiscard]] std::span<const double> position(std::size_t b) const;  ///< current, [n_vertices, 3]
+  [[nodiscard]] std::span<const double> velocity(std::size_t b) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace ocublast::flow
