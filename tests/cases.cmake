@@ -1,1 +1,14 @@
 # Tests of this part; see ocublast_test in CMakeLists.txt.
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+# A python3 found first in PATH may lack Debian's modules (h5py, meshio): take the system's.
+set(OCU_PYTHON /usr/bin/python3)
+if(NOT EXISTS ${OCU_PYTHON})
+  set(OCU_PYTHON ${Python3_EXECUTABLE})
+endif()
+
+find_program(SHELLCHECK shellcheck)
+if(SHELLCHECK)
+  add_test(NAME cases_shell_scripts COMMAND ${SHELLCHECK} ${CMAKE_SOURCE_DIR}/cases/setup
+           ${CMAKE_SOURCE_DIR}/tests/run ${CMAKE_SOURCE_DIR}/.ci/run)
+  set_tests_properties(cases_shell_scripts PROPERTIES LABELS unit TIMEOUT 60)
+endif()
