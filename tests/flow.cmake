@@ -1,1 +1,2 @@
-# Tests of this part; see ocublast_test in CMakeLists.txt.
+# Tests of the flow core; see ocublast_test in CMakeLists.txt.
+ocublast_test(NAME test_flow_grid LABEL unit SOURCES unit/flow_grid.cpp LIBRARIES ocublast_flow_grid)

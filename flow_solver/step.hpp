@@ -1,0 +1,129 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "flow_solver/boundary/boundary.hpp"
+#include "flow_solver/gas/gas.hpp"
+#include "flow_solver/grid/fields.hpp"
+#include "flow_solver/grid/grid.hpp"
+
+namespace ocublast::flow {
+
+class ImmersedBoundary;
+
+enum class Viscosity { none, constant, sutherland };
+enum class Scheme { compact6, compact8 };
+/// What switches the artificial bulk viscosity: dilatation in compression (default), or the strain
+/// rate of Kawai and Lele's form (seed eq. 10).
+enum class Sensor { theta_compression, strain };
+
+struct FlowOptions {
+  Gas gas;
+  Viscosity viscosity = Viscosity::none;
+  double dynamic_viscosity = 1.716e-5;         ///< Pa s, constant, or Sutherland's at the reference T
+  double sutherland_reference = 273.15;        ///< K
+  double sutherland_temperature = 110.4;       ///< K
+  double prandtl = 0.71;
+  Scheme scheme = Scheme::compact6;
+  double cfl = 0.9;                            ///< on the sum over directions of (|u| + c)/h
+  bool filter = true;
+  double filter_alpha = 0.47;
+  bool artificial_diffusivity = true;
+  Sensor sensor = Sensor::theta_compression;
+  double C_beta = 1.0;
+  double C_mu = 0.002;                         ///< acts with viscosity other than none
+  double C_kappa = 0.01;
+  double premark_ratio = 10.0;                 ///< pressure ratio of neighbours that marks both
+  double premark_ratio_fresh = 4.0;            ///< the same while the field's ratio is above 100
+  /// Absolute floors for a field that redoing the step cannot cure; 0: throw instead.
+  double floor_density = 0.0;                  ///< kg/m^3
+  double floor_pressure = 0.0;                 ///< Pa
+  int threads = 1;
+  std::string instruction_set;                 ///< "", "baseline", "avx2", "avx512"; "": best present
+};
+
+/// What a step did; counts are printed, never silent.
+struct StepReport {
+  double dt = 0.0;                 ///< s, the step taken: the wanted one, always
+  int redone = 0;                  ///< times the step was started again
+  std::size_t marked_nodes = 0;    ///< nodes that took first-order fluxes
+  std::size_t floored_nodes = 0;   ///< nodes lifted to the absolute floors
+  double active_share = 1.0;       ///< part of the nodes that was computed
+  double largest_pressure = 0.0;   ///< Pa, at the start of the step
+  double smallest_pressure = 0.0;  ///< Pa, at the start of the step
+};
+
+/// Integrals over the fluid.
+struct Totals {
+  double mass = 0.0;                      ///< kg (per m in 2-D, per m^2 in 1-D)
+  std::array<double, 3> momentum{};       ///< kg m/s
+  double energy = 0.0;                    ///< J
+};
+
+/// Part of what a bit-exact resume needs.
+struct CheckpointPart {
+  std::string_view name;
+  std::span<double> values;
+};
+
+/// Compressible flow on a Cartesian grid: sixth-order compact differences in flux form, RK4,
+/// eighth-order implicit filter, artificial diffusivity, first-order fluxes at marked nodes.
+/// All memory is taken by the constructor.
+class Flow {
+ public:
+  /// Throws CaseError for boundaries that do not fit (one periodic face without its partner).
+  Flow(Grid grid, Boundaries boundaries, const FlowOptions& options);
+  ~Flow();
+  Flow(Flow&&) noexcept;
+  Flow& operator=(Flow&&) noexcept;
+
+  [[nodiscard]] const Grid& grid() const;
+  [[nodiscard]] const FlowOptions& options() const;
+  [[nodiscard]] const Boundaries& boundaries() const;
+  /// Instruction set chosen: "baseline", "avx2" or "avx512".
+  [[nodiscard]] std::string_view instruction_set() const;
+
+  /// rho, u, v, w, T at nodes and ghosts.
+  [[nodiscard]] FieldsView<double> primitives();
+  [[nodiscard]] FieldsView<const double> primitives() const;
+  /// rho, rho u, rho v, rho w, E at nodes (no ghosts in y and z).
+  [[nodiscard]] FieldsView<const double> conserved() const;
+
+  /// State of every node from a function of its position.
+  void set_state(const std::function<State(double x, double y, double z)>& state);
+  /// The same from a function of the node's indices (for states that integrate over cells).
+  void set_state_by_index(const std::function<State(int i, int j, int k)>& state);
+
+  /// Puts bodies into the flow: takes their tags and cut lines; null takes them out. The boundary
+  /// must have been brought to the current topology with update_topology(primitives()) before.
+  void immerse(ImmersedBoundary* bodies);
+
+  /// Largest step [s] by convection and diffusion at the current state.
+  [[nodiscard]] double stable_step();
+  /// One step from t to t + dt. Throws NumericsError (cell, position, time, state) for a state that
+  /// redoing the step cannot cure. With bodies: their walls move along their paths, and the topology
+  /// is brought to t + dt at the end.
+  StepReport advance(double t, double dt);
+
+  void fill_domain_ghosts();
+  [[nodiscard]] Totals totals() const;
+
+  /// Everything beside the time that a resumed run needs; valid until the next step. After writing
+  /// into the parts call `restored()`.
+  [[nodiscard]] std::vector<CheckpointPart> checkpoint();
+  void restored();
+
+ private:
+  struct Core;
+  std::unique_ptr<Core> core_;
+};
+
+}  // namespace ocublast::flow
