@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "coupler/base/errors.hpp"
+
 namespace ocublast::link {
 
 enum class Role { flow, solid };
@@ -28,6 +30,7 @@ struct Connection {
   std::uint64_t case_hash = 0;   ///< CaseReader::hash(); must agree on all sides
   std::string endpoint;          ///< ipc://... or tcp://...
   std::string token;             ///< secret of this run
+  std::filesystem::path keys;    ///< directory with key files of this run (tcp only), else empty
   double silence_limit = 60.0;   ///< s without word from the coupler before a wait ends in LinkError
 };
 
@@ -75,6 +78,15 @@ struct Report {
   double impedance = 0.0;                ///< kg/(m^2 s): flow: largest rho c at the wall; solid: see mass
   double mass_per_area = 0.0;            ///< kg/m^2: solid: smallest mass per area its waves reach in a window
   double compute_seconds = 0.0;          ///< wall time spent computing this window
+  std::string status;                    ///< at most 200 bytes, shown in the progress line
+};
+
+/// How the wet surface moves when the run begins; the first window's prediction uses it. Spans of
+/// [n,3], empty where zero (position: where it is the mesh's).
+struct InitialMotion {
+  std::span<const double> position;      ///< m
+  std::span<const double> velocity;      ///< m/s
+  std::span<const double> acceleration;  ///< m/s^2
 };
 
 /// One side of a coupled run. Every wait has a deadline; a lost or silent coupler ends in LinkError
@@ -91,13 +103,16 @@ class Participant {
   void send_mesh(const InterfaceMesh& mesh);              ///< solid
   [[nodiscard]] InterfaceMesh receive_mesh();             ///< flow
   /// Set-up is done: own stable step [s], and the window and time it resumed at (0, 0.0 when fresh).
-  void ready(double stable_step, std::uint64_t window = 0, double time = 0.0);
+  /// The stable step is positive and finite, here and in each report.
+  void ready(double stable_step, std::uint64_t window = 0, double time = 0.0,
+             const InitialMotion& motion = {});          ///< motion: solid, fresh start only
   [[nodiscard]] Order next();                             ///< spans stay valid until the next call
   void send(const Report& report);
   void checkpoint_written();
   void goodbye();
   /// Tells the coupler why this side gives up; never throws. Called before the program ends itself.
-  void abort(const std::string& reason) noexcept;
+  /// The coupler ends the run with the same exit code.
+  void abort(const std::string& reason, ExitCode code = ExitCode::other) noexcept;
 
  private:
   struct State;

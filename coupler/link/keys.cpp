@@ -1,0 +1,103 @@
+#include "coupler/link/keys.hpp"
+
+#include <fcntl.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <zmq.hpp>
+
+#include "coupler/base/errors.hpp"
+#include "coupler/link/message.hpp"
+
+namespace ocublast::link {
+namespace {
+
+constexpr std::size_t key_characters = 40;
+
+CurvePair make_pair_of_keys() {
+  std::array<char, key_characters + 1> public_key{};
+  std::array<char, key_characters + 1> secret_key{};
+  if (zmq_curve_keypair(public_key.data(), secret_key.data()) != 0)
+    throw LinkError("this ZeroMQ library has no CURVE encryption; tcp endpoints need it");
+  return {public_key.data(), secret_key.data()};
+}
+
+std::filesystem::path key_file(const std::filesystem::path& directory, Role role) {
+  return directory / fmt::format("{}.key", to_word(role));
+}
+
+/// Writes aside with mode 0600 from the first byte on, then renames.
+void write_private(const std::filesystem::path& file, const std::string& text) {
+  auto aside = file;
+  aside += ".part";
+  ::unlink(aside.c_str());
+  const int fd = ::open(aside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (fd < 0) throw LinkError(fmt::format("{}: cannot be created", aside.string()));
+  const bool written = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  if (::close(fd) != 0 || !written)
+    throw LinkError(fmt::format("{}: cannot be written; is the disk full?", aside.string()));
+  std::filesystem::rename(aside, file);
+}
+
+}  // namespace
+
+CouplerKeys make_keys(const std::filesystem::path& directory, const std::string& token) {
+  std::filesystem::create_directories(directory);
+  CouplerKeys keys;
+  keys.own = make_pair_of_keys();
+  for (const Role role : {Role::flow, Role::solid}) {
+    const CurvePair pair = make_pair_of_keys();
+    (role == Role::flow ? keys.flow_public : keys.solid_public) = pair.public_key;
+    write_private(key_file(directory, role),
+                  fmt::format("{}\n{}\n{}\n{}\n", keys.own.public_key, pair.public_key,
+                              pair.secret_key, token));
+  }
+  return keys;
+}
+
+ParticipantKeys read_keys(const std::filesystem::path& directory, Role role) {
+  const auto file = key_file(directory, role);
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0)
+    throw LinkError(fmt::format("{}: no such key file; the coupler writes it when it starts with a "
+                                "tcp endpoint", file.string()));
+  if ((status.st_mode & 077) != 0)
+    throw LinkError(fmt::format("{}: mode is {:o}, others must not read it (600)", file.string(),
+                                status.st_mode & 0777));
+  std::ifstream in(file);
+  ParticipantKeys keys;
+  in >> keys.coupler_public >> keys.own.public_key >> keys.own.secret_key >> keys.token;
+  if (!in || keys.coupler_public.size() != key_characters ||
+      keys.own.public_key.size() != key_characters || keys.own.secret_key.size() != key_characters)
+    throw LinkError(fmt::format("{}: not a key file", file.string()));
+  return keys;
+}
+
+namespace {
+
+template <class T>
+T random_bits() {
+  T value{};
+  if (::getrandom(&value, sizeof value, 0) != static_cast<ssize_t>(sizeof value))
+    throw LinkError("the kernel gives no random numbers");
+  return value;
+}
+
+}  // namespace
+
+std::string make_token() {
+  return fmt::format("{:016x}{:016x}", random_bits<std::uint64_t>(), random_bits<std::uint64_t>());
+}
+
+std::uint64_t make_run_id() {
+  std::uint64_t id = 0;
+  while (id == 0) id = random_bits<std::uint64_t>();
+  return id;
+}
+
+}  // namespace ocublast::link

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "coupler/link/participant.hpp"
+
+namespace ocublast::link {
+
+/// A CURVE key pair, each key as 40 characters of Z85 text (ZeroMQ RFC 32).
+struct CurvePair {
+  std::string public_key;
+  std::string secret_key;
+};
+
+/// What a participant needs to reach its coupler over tcp.
+struct ParticipantKeys {
+  std::string coupler_public;
+  CurvePair own;
+  std::string token;
+};
+
+/// What the coupler needs: its own pair and the only two keys it admits.
+struct CouplerKeys {
+  CurvePair own;
+  std::string flow_public;
+  std::string solid_public;
+};
+
+/// Makes the keys of one run and writes DIRECTORY/flow.key and DIRECTORY/solid.key, readable by the
+/// owner alone; the coupler's own secret is not written. Old files are replaced, each at once.
+[[nodiscard]] CouplerKeys make_keys(const std::filesystem::path& directory,
+                                    const std::string& token);
+
+/// Reads a participant's key file. Throws LinkError when it is missing, malformed, or open to others.
+[[nodiscard]] ParticipantKeys read_keys(const std::filesystem::path& directory, Role role);
+
+/// 128 random bits from the kernel as 32 hexadecimal digits.
+[[nodiscard]] std::string make_token();
+/// 64 random bits from the kernel, never 0.
+[[nodiscard]] std::uint64_t make_run_id();
+
+}  // namespace ocublast::link

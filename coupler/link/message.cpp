@@ -1,0 +1,281 @@
+#include "coupler/link/message.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "coupling.pb.h"
+
+namespace ocublast::link {
+namespace {
+
+constexpr double byte_order_mark = 1.5;
+
+[[noreturn]] void refuse(std::string_view what) {
+  throw LinkError(fmt::format("message refused: {}", what));
+}
+
+std::string cut(const std::string& text, std::size_t limit) { return text.substr(0, limit); }
+
+void put_step(const Header& header, proto::Header& out) {
+  out.set_t_begin_s(header.t_begin);
+  out.set_t_end_s(header.t_end);
+  out.set_steps(header.steps);
+  out.set_idle(header.idle);
+}
+
+void put_order(const Header& header, proto::Header& out) {
+  put_step(header, out);
+  out.set_load_shape(header.load_shape == LoadShape::linear ? proto::LOAD_SHAPE_LINEAR
+                                                            : proto::LOAD_SHAPE_CONSTANT);
+  out.set_wall_path(header.wall_path == WallPath::cubic ? proto::WALL_PATH_CUBIC
+                                                        : proto::WALL_PATH_STRAIGHT);
+}
+
+void put_result(const Header& header, proto::Header& out) {
+  put_step(header, out);
+  out.set_stable_step_s(header.stable_step);
+  out.set_work_j(header.work);
+  out.set_impulse_x_n_s(header.impulse[0]);
+  out.set_impulse_y_n_s(header.impulse[1]);
+  out.set_impulse_z_n_s(header.impulse[2]);
+  out.set_impedance_kg_m2_s(header.impedance);
+  out.set_mass_per_area_kg_m2(header.mass_per_area);
+  out.set_compute_s(header.compute_seconds);
+  if (!header.status.empty()) out.set_status(cut(header.status, max_status_bytes));
+}
+
+void put_hello(const Header& header, proto::Header& out) {
+  out.set_protocol_major(header.major);
+  out.set_protocol_minor(header.minor);
+  out.set_role(header.role == Role::flow ? proto::ROLE_FLOW : proto::ROLE_SOLID);
+  out.set_program(cut(header.program, max_text_bytes));
+  out.set_token(cut(header.token, max_text_bytes));
+  out.set_case_hash(header.case_hash);
+  out.set_byte_order_mark(byte_order_mark);
+}
+
+/// Takes mandatory values out of a parsed header; a missing or unacceptable one is refused by name.
+class Reader {
+ public:
+  Reader(const proto::Header& in, Kind kind) : in_(in), kind_(kind) {}
+
+#define OCU_TAKE(member, name)                                                     \
+  do {                                                                             \
+    if (!in_.has_##name())                                                         \
+      refuse(fmt::format("{} without its mandatory '{}'", to_word(kind_), #name)); \
+    member = in_.name();                                                           \
+  } while (false)
+#define OCU_TAKE_FINITE(member, name)                                                     \
+  do {                                                                                    \
+    OCU_TAKE(member, name);                                                               \
+    if (!std::isfinite(member))                                                           \
+      refuse(fmt::format("{}: '{}' is {}, must be finite", to_word(kind_), #name, member)); \
+  } while (false)
+
+  void common(Header& out) const {
+    OCU_TAKE(out.run_id, run_id);
+    OCU_TAKE(out.seq, seq);
+    OCU_TAKE(out.window, window);
+    OCU_TAKE(out.fields, fields);
+    OCU_TAKE(out.payload_bytes, payload_bytes);
+    OCU_TAKE(out.payload_checksum, payload_checksum);
+    if (out.fields != 0) OCU_TAKE(out.n_vertices, n_vertices);
+    if ((out.fields & field::mesh) != 0) OCU_TAKE(out.n_triangles, n_triangles);
+  }
+  void hello(Header& out) const {
+    OCU_TAKE(out.major, protocol_major);
+    OCU_TAKE(out.minor, protocol_minor);
+    OCU_TAKE(out.program, program);
+    OCU_TAKE(out.token, token);
+    OCU_TAKE(out.case_hash, case_hash);
+    out.role = role();
+    double mark = 0.0;
+    OCU_TAKE(mark, byte_order_mark);
+    if (mark != byte_order_mark)
+      refuse(fmt::format("HELLO: byte order mark is {}, must be {}", mark, byte_order_mark));
+  }
+  void step(Header& out) const {
+    OCU_TAKE_FINITE(out.t_begin, t_begin_s);
+    OCU_TAKE_FINITE(out.t_end, t_end_s);
+    OCU_TAKE(out.steps, steps);
+    OCU_TAKE(out.idle, idle);
+  }
+  void order(Header& out) const {
+    step(out);
+    if (in_.load_shape() != proto::LOAD_SHAPE_LINEAR && in_.load_shape() != proto::LOAD_SHAPE_CONSTANT)
+      refuse("STEP: unknown load_shape");
+    if (in_.wall_path() != proto::WALL_PATH_CUBIC && in_.wall_path() != proto::WALL_PATH_STRAIGHT)
+      refuse("STEP: unknown wall_path");
+    out.load_shape = in_.load_shape() == proto::LOAD_SHAPE_LINEAR ? LoadShape::linear
+                                                                  : LoadShape::constant;
+    out.wall_path = in_.wall_path() == proto::WALL_PATH_CUBIC ? WallPath::cubic
+                                                              : WallPath::straight;
+  }
+  void stable_step(Header& out) const {
+    OCU_TAKE_FINITE(out.stable_step, stable_step_s);
+    if (out.stable_step <= 0.0)
+      refuse(fmt::format("{}: stable_step_s is {}, must be > 0", to_word(kind_), out.stable_step));
+  }
+  void result(Header& out) const {
+    step(out);
+    stable_step(out);
+    OCU_TAKE_FINITE(out.work, work_j);
+    OCU_TAKE_FINITE(out.impulse[0], impulse_x_n_s);
+    OCU_TAKE_FINITE(out.impulse[1], impulse_y_n_s);
+    OCU_TAKE_FINITE(out.impulse[2], impulse_z_n_s);
+    OCU_TAKE_FINITE(out.impedance, impedance_kg_m2_s);
+    OCU_TAKE_FINITE(out.mass_per_area, mass_per_area_kg_m2);
+    OCU_TAKE_FINITE(out.compute_seconds, compute_s);
+    out.status = cut(in_.status(), max_status_bytes);
+  }
+  void ready(Header& out) const {
+    stable_step(out);
+    OCU_TAKE_FINITE(out.time, time_s);
+    OCU_TAKE(out.mesh_hash, mesh_hash);
+  }
+  void by_kind(Header& out) const {
+    switch (kind_) {
+      case Kind::hello: hello(out); break;
+      case Kind::welcome: OCU_TAKE_FINITE(out.silence_limit, silence_limit_s); break;
+      case Kind::mesh:
+        OCU_TAKE(out.mesh_hash, mesh_hash);
+        out.mesh_name = cut(in_.mesh_name(), max_text_bytes);
+        break;
+      case Kind::ready: ready(out); break;
+      case Kind::step: order(out); break;
+      case Kind::result: result(out); break;
+      case Kind::checkpoint: OCU_TAKE(out.directory, directory); break;
+      case Kind::abort:
+        OCU_TAKE(out.reason, reason);
+        if (in_.has_exit_code()) out.exit_code = in_.exit_code();
+        break;
+      case Kind::wait: out.reason = cut(in_.reason(), max_text_bytes); break;
+      case Kind::done:
+      case Kind::finish:
+      case Kind::bye: break;
+    }
+  }
+#undef OCU_TAKE
+#undef OCU_TAKE_FINITE
+
+ private:
+  [[nodiscard]] Role role() const {
+    if (in_.role() == proto::ROLE_FLOW) return Role::flow;
+    if (in_.role() == proto::ROLE_SOLID) return Role::solid;
+    refuse("HELLO: unknown role");
+  }
+  const proto::Header& in_;
+  Kind kind_;
+};
+
+/// Fields that may stand in a message of this kind.
+std::uint32_t fields_allowed(Kind kind) {
+  using namespace field;
+  switch (kind) {
+    case Kind::mesh: return mesh;
+    case Kind::ready: return position | velocity | acceleration;
+    case Kind::step:
+    case Kind::result: return position | velocity | overpressure;
+    default: return 0;
+  }
+}
+
+}  // namespace
+
+std::string encode(const Header& header) {
+  proto::Header out;
+  out.set_kind(static_cast<proto::Kind>(header.kind));
+  out.set_run_id(header.run_id);
+  out.set_seq(header.seq);
+  out.set_window(header.window);
+  out.set_fields(header.fields);
+  out.set_payload_bytes(header.payload_bytes);
+  out.set_payload_checksum(header.payload_checksum);
+  if (header.fields != 0) out.set_n_vertices(header.n_vertices);
+  if ((header.fields & field::mesh) != 0) out.set_n_triangles(header.n_triangles);
+  switch (header.kind) {
+    case Kind::hello: put_hello(header, out); break;
+    case Kind::welcome: out.set_silence_limit_s(header.silence_limit); break;
+    case Kind::mesh:
+      out.set_mesh_hash(header.mesh_hash);
+      out.set_mesh_name(cut(header.mesh_name, max_text_bytes));
+      break;
+    case Kind::ready:
+      out.set_stable_step_s(header.stable_step);
+      out.set_time_s(header.time);
+      out.set_mesh_hash(header.mesh_hash);
+      break;
+    case Kind::step: put_order(header, out); break;
+    case Kind::result: put_result(header, out); break;
+    case Kind::checkpoint: out.set_directory(header.directory); break;
+    case Kind::abort: out.set_exit_code(header.exit_code); [[fallthrough]];
+    case Kind::wait: out.set_reason(cut(header.reason, max_text_bytes)); break;
+    case Kind::done:
+    case Kind::finish:
+    case Kind::bye: break;
+  }
+  return out.SerializeAsString();
+}
+
+Header decode(std::string_view bytes) {
+  if (bytes.size() > max_header_bytes)
+    refuse(fmt::format("header of {} bytes, at most {} are accepted", bytes.size(), max_header_bytes));
+  proto::Header in;
+  if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) refuse("not a header");
+  // Fields of a newer minor version are allowed but must not pile up.
+  in.DiscardUnknownFields();
+  const int kind = in.kind();
+  if (kind < static_cast<int>(Kind::hello) || kind > static_cast<int>(Kind::wait))
+    refuse(fmt::format("header of unknown kind {}", kind));
+  Header out;
+  out.kind = static_cast<Kind>(kind);
+  const Reader reader(in, out.kind);
+  reader.common(out);
+  reader.by_kind(out);
+  if ((out.fields & ~fields_allowed(out.kind)) != 0)
+    refuse(fmt::format("{} with fields {:#x}, allowed {:#x}", to_word(out.kind), out.fields,
+                       fields_allowed(out.kind)));
+  if (out.n_vertices > max_interface_vertices || out.n_triangles > 4 * max_interface_vertices)
+    refuse(fmt::format("{} of {} vertices and {} triangles, at most {} vertices are accepted",
+                       to_word(out.kind), out.n_vertices, out.n_triangles, max_interface_vertices));
+  if (out.payload_bytes != payload_bytes_expected(out))
+    refuse(fmt::format("{} announces {} bytes, its fields and counts make {}", to_word(out.kind),
+                       out.payload_bytes, payload_bytes_expected(out)));
+  return out;
+}
+
+std::uint64_t payload_bytes_expected(const Header& header) {
+  const std::uint64_t n = header.n_vertices;
+  std::uint64_t bytes = 0;
+  for (const auto vector : {field::position, field::velocity, field::acceleration})
+    if ((header.fields & vector) != 0) bytes += 3 * sizeof(double) * n;
+  if ((header.fields & field::overpressure) != 0) bytes += sizeof(double) * n;
+  if ((header.fields & field::mesh) != 0)
+    bytes += 3 * sizeof(double) * n + 3 * sizeof(std::int32_t) * header.n_triangles;
+  return bytes;
+}
+
+std::string_view to_word(Kind kind) {
+  switch (kind) {
+    case Kind::hello: return "HELLO";
+    case Kind::welcome: return "WELCOME";
+    case Kind::mesh: return "MESH";
+    case Kind::ready: return "READY";
+    case Kind::step: return "STEP";
+    case Kind::result: return "RESULT";
+    case Kind::checkpoint: return "CHECKPOINT";
+    case Kind::done: return "DONE";
+    case Kind::finish: return "FINISH";
+    case Kind::bye: return "BYE";
+    case Kind::abort: return "ABORT";
+    case Kind::wait: return "WAIT";
+  }
+  return "?";
+}
+
+std::string_view to_word(Role role) { return role == Role::flow ? "flow" : "solid"; }
+
+}  // namespace ocublast::link

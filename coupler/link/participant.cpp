@@ -1,0 +1,420 @@
+#include "coupler/link/participant.hpp"
+
+#include <cstring>
+#include <exception>
+#include <initializer_list>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "coupler/link/keys.hpp"
+#include "coupler/link/message.hpp"
+#include "coupler/link/payload.hpp"
+#include "coupler/link/socket.hpp"
+
+namespace ocublast::link {
+namespace {
+
+constexpr int watched_events = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
+                               ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
+                               ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_DISCONNECTED |
+                               ZMQ_EVENT_CLOSED;
+/// Linger of the last message, so that it leaves before the process ends.
+constexpr int farewell_linger_ms = 1000;
+/// Pause between two attempts to reach a coupler that does not listen yet.
+constexpr auto retry_pause = std::chrono::milliseconds(100);
+/// Longest time one attempt may take, name resolution included.
+constexpr auto attempt_limit = std::chrono::seconds(3);
+
+}  // namespace
+
+/// Order matters: the sockets end before the context.
+struct Participant::State {
+  Connection connection;
+  zmq::context_t context{1};
+  std::unique_ptr<zmq::socket_t> socket;
+  std::unique_ptr<ConnectionMonitor> monitor;
+  int attempts = 0;
+
+  std::uint64_t run_id = 0;
+  std::uint64_t sent = 0;      ///< seq of the last message sent
+  std::uint64_t received = 0;  ///< seq of the last message received
+  std::uint64_t n_vertices = 0;
+  std::uint64_t n_triangles = 0;
+  std::uint64_t mesh_hash = 0;
+  std::uint64_t finished_window = 0;
+  Header order;                ///< the last STEP or CHECKPOINT
+  bool owes_result = false;
+  bool owes_done = false;
+  bool ended = false;          ///< BYE or ABORT was sent or received, or the coupler is gone
+  Frames frames;               ///< of the last message; an Order's spans point into it
+  std::vector<double> aside;
+
+  explicit State(const Connection& c) : connection(c) {}
+
+  [[nodiscard]] std::string who() const {
+    return fmt::format("{} ({})", to_word(connection.role), connection.program);
+  }
+  [[nodiscard]] LinkError error(std::string_view what) const {
+    return LinkError(fmt::format("{}: {}; last finished window {}", who(), what, finished_window));
+  }
+
+  void connect();
+  [[nodiscard]] bool try_connect(std::string& failure);
+  void send(Header header, std::span<const std::span<const double>> parts);
+  void send(Header header, std::string_view payload);
+  void send(Header header, zmq::message_t payload);
+  [[nodiscard]] Header await(std::initializer_list<Kind> expected, std::string_view what);
+  [[nodiscard]] bool coupler_gone();
+  [[nodiscard]] std::optional<Header> take();
+  [[nodiscard]] std::span<const std::byte> payload() { return aligned_payload(frames.payload, aside); }
+};
+
+bool Participant::State::try_connect(std::string& failure) {
+  monitor.reset();
+  socket = std::make_unique<zmq::socket_t>(context, zmq::socket_type::dealer);
+  set_common_options(*socket, connection.silence_limit);
+  socket->set(zmq::sockopt::immediate, 1);
+  // A participant that comes back to another coupler in the middle of a run is never right.
+  socket->set(zmq::sockopt::reconnect_ivl, -1);
+  if (!connection.keys.empty()) {
+    const ParticipantKeys keys = read_keys(connection.keys, connection.role);
+    socket->set(zmq::sockopt::curve_serverkey, keys.coupler_public);
+    socket->set(zmq::sockopt::curve_publickey, keys.own.public_key);
+    socket->set(zmq::sockopt::curve_secretkey, keys.own.secret_key);
+    connection.token = keys.token;
+  }
+  monitor = std::make_unique<ConnectionMonitor>(context, *socket,
+                                                fmt::format("monitor-{}", ++attempts), watched_events);
+  socket->connect(connection.endpoint);
+  const auto deadline = Clock::now() + attempt_limit;
+  while (Clock::now() < deadline) {
+    zmq::pollitem_t item{monitor->handle().handle(), 0, ZMQ_POLLIN, 0};
+    zmq::poll(&item, 1, time_left(deadline));
+    while (const auto event = monitor->next()) {
+      if (event->event == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) return true;
+      failure = event->event == ZMQ_EVENT_HANDSHAKE_FAILED_AUTH ? "it refused our key"
+                : event->event == ZMQ_EVENT_CLOSED              ? "nobody listens there"
+                                                                : "the connection was refused";
+      return false;
+    }
+  }
+  failure = "no answer";
+  return false;
+}
+
+void Participant::State::connect() {
+  const auto begin = Clock::now();
+  const auto deadline = begin + seconds(connection.silence_limit);
+  std::string failure;
+  while (true) {
+    try {
+      if (try_connect(failure)) return;
+    } catch (const zmq::error_t& error) {
+      failure = error.what();
+    } catch (const LinkError& error) {  // the key file is not there yet
+      failure = error.what();
+    }
+    if (Clock::now() + retry_pause >= deadline) break;
+    std::this_thread::sleep_for(retry_pause);
+  }
+  throw LinkError(fmt::format("{}: cannot reach the coupler at {}: {} (tried for {:.1f} s)", who(),
+                              connection.endpoint, failure, seconds_since(begin)));
+}
+
+/// Next message that is there now, checked; WAIT is swallowed but counts as word from the coupler.
+std::optional<Header> Participant::State::take() {
+  if (!socket->recv(frames.header, zmq::recv_flags::dontwait)) return {};
+  if (!frames.header.more() || !socket->recv(frames.payload, zmq::recv_flags::dontwait) ||
+      frames.payload.more())
+    throw error("the coupler sent a message that has not two frames");
+  Header header = decode(frames.header_view());
+  if (run_id == 0 && (header.kind == Kind::welcome || header.kind == Kind::abort))
+    run_id = header.run_id;
+  if (header.run_id != run_id)
+    throw error(fmt::format("{} of run {:016x}, ours is {:016x}", to_word(header.kind),
+                            header.run_id, run_id));
+  if (header.seq != received + 1)
+    throw error(fmt::format("{} with number {}, expected {}", to_word(header.kind), header.seq,
+                            received + 1));
+  received = header.seq;
+  if (header.kind == Kind::abort) {
+    ended = true;
+    throw error(fmt::format("the coupler ended the run: {}", header.reason));
+  }
+  check_payload(header, payload());
+  return header;
+}
+
+bool Participant::State::coupler_gone() {
+  bool gone = false;
+  while (const auto event = monitor->next()) gone = gone || event->event == ZMQ_EVENT_DISCONNECTED;
+  return gone;
+}
+
+Header Participant::State::await(std::initializer_list<Kind> expected, std::string_view what) {
+  const auto begin = Clock::now();
+  auto deadline = begin + seconds(connection.silence_limit);
+  while (true) {
+    zmq::pollitem_t items[] = {{socket->handle(), 0, ZMQ_POLLIN, 0},
+                               {monitor->handle().handle(), 0, ZMQ_POLLIN, 0}};
+    zmq::poll(items, 2, time_left(deadline));
+    const bool gone = (items[1].revents & ZMQ_POLLIN) != 0 && coupler_gone();
+    while (const auto header = take()) {  // what it said before it went counts
+      deadline = Clock::now() + seconds(connection.silence_limit);
+      if (header->kind == Kind::wait) continue;
+      for (const Kind kind : expected)
+        if (header->kind == kind) return *header;
+      throw error(fmt::format("{} came from the coupler while awaiting {}", to_word(header->kind), what));
+    }
+    if (gone) {
+      ended = true;
+      throw error(fmt::format("the coupler at {} is gone (connection closed after {:.1f} s of waiting "
+                              "for {})", connection.endpoint, seconds_since(begin), what));
+    }
+    if (Clock::now() >= deadline) {
+      ended = true;
+      throw error(fmt::format("no word from the coupler at {} for {:.1f} s while awaiting {}",
+                              connection.endpoint, connection.silence_limit, what));
+    }
+  }
+}
+
+void Participant::State::send(Header header, zmq::message_t payload) {
+  header.run_id = run_id;
+  header.seq = sent + 1;
+  header.payload_bytes = payload.size();
+  header.payload_checksum =
+      checksum({static_cast<const std::byte*>(payload.data()), payload.size()});
+  const std::string bytes = encode(header);
+  const auto deadline = Clock::now() + seconds(connection.silence_limit);
+  while (!socket->send(zmq::buffer(bytes), zmq::send_flags::sndmore | zmq::send_flags::dontwait)) {
+    zmq::pollitem_t items[] = {{socket->handle(), 0, ZMQ_POLLOUT, 0},
+                               {monitor->handle().handle(), 0, ZMQ_POLLIN, 0}};
+    zmq::poll(items, 2, time_left(deadline));
+    if ((items[1].revents & ZMQ_POLLIN) != 0 && coupler_gone()) {
+      while (take()) continue;  // its last word says more than the closed connection
+      ended = true;
+      throw error(fmt::format("the coupler at {} is gone (connection closed before {} could be sent)",
+                              connection.endpoint, to_word(header.kind)));
+    }
+    if (Clock::now() >= deadline)
+      throw error(fmt::format("the coupler takes no {} for {:.1f} s", to_word(header.kind),
+                              connection.silence_limit));
+  }
+  socket->send(payload, zmq::send_flags::none);
+  ++sent;
+}
+
+void Participant::State::send(Header header, std::string_view payload) {
+  send(std::move(header), zmq::message_t(payload.data(), payload.size()));
+}
+
+void Participant::State::send(Header header, std::span<const std::span<const double>> parts) {
+  std::size_t bytes = 0;
+  for (const auto& part : parts) bytes += part.size_bytes();
+  zmq::message_t payload(bytes);
+  auto* at = static_cast<std::byte*>(payload.data());
+  for (const auto& part : parts) {
+    if (!part.empty()) std::memcpy(at, part.data(), part.size_bytes());
+    at += part.size_bytes();
+  }
+  send(std::move(header), std::move(payload));
+}
+
+Participant::Participant(const Connection& connection) : state_(std::make_unique<State>(connection)) {
+  keep_freed_memory();
+  auto& s = *state_;
+  s.connect();
+  Header hello;
+  hello.kind = Kind::hello;
+  hello.role = connection.role;
+  hello.program = connection.program;
+  hello.token = s.connection.token;
+  hello.case_hash = connection.case_hash;
+  s.send(std::move(hello), std::string_view());
+  s.connection.silence_limit = s.await({Kind::welcome}, "WELCOME").silence_limit;
+}
+
+Participant::~Participant() {
+  if (state_ && state_->socket && !state_->ended)
+    abort(std::uncaught_exceptions() > 0 ? "ended by an error" : "ended without a word");
+}
+Participant::Participant(Participant&&) noexcept = default;
+Participant& Participant::operator=(Participant&& other) noexcept {
+  if (state_ && state_->socket && !state_->ended) abort("replaced by another participant");
+  state_ = std::move(other.state_);
+  return *this;
+}
+
+void Participant::send_mesh(const InterfaceMesh& mesh) {
+  auto& s = *state_;
+  const std::string payload = mesh_payload(mesh);
+  Header header;
+  header.kind = Kind::mesh;
+  header.fields = field::mesh;
+  header.n_vertices = s.n_vertices = mesh.n_vertices();
+  header.n_triangles = s.n_triangles = mesh.triangles.size() / 3;
+  header.mesh_name = mesh.name;
+  header.mesh_hash = s.mesh_hash =
+      checksum({reinterpret_cast<const std::byte*>(payload.data()), payload.size()});
+  s.send(std::move(header), payload);
+}
+
+InterfaceMesh Participant::receive_mesh() {
+  auto& s = *state_;
+  const Header header = s.await({Kind::mesh}, "the interface mesh of the solid");
+  const auto bytes = s.payload();
+  InterfaceMesh mesh = mesh_from_payload(header, bytes);
+  s.n_vertices = header.n_vertices;
+  s.n_triangles = header.n_triangles;
+  s.mesh_hash = checksum(bytes);
+  return mesh;
+}
+
+namespace {
+
+/// Adds a part to a message if it is there; its length must be that of the interface mesh.
+void add_part(Header& header, std::vector<std::span<const double>>& parts,
+              std::span<const double> values, std::uint32_t bit, std::size_t expected,
+              std::string_view name) {
+  if (values.empty()) return;
+  if (values.size() != expected)
+    throw LinkError(fmt::format("{}: {} has {} values, the interface mesh needs {}",
+                                to_word(header.kind), name, values.size(), expected));
+  header.fields |= bit;
+  parts.push_back(values);
+}
+
+}  // namespace
+
+void Participant::ready(double stable_step, std::uint64_t window, double time,
+                        const InitialMotion& motion) {
+  auto& s = *state_;
+  Header header;
+  header.kind = Kind::ready;
+  header.window = s.finished_window = window;
+  header.time = time;
+  header.stable_step = stable_step;
+  header.mesh_hash = s.mesh_hash;
+  header.n_vertices = s.n_vertices;
+  std::vector<std::span<const double>> parts;
+  const std::size_t n = 3 * s.n_vertices;
+  add_part(header, parts, motion.position, field::position, n, "position");
+  add_part(header, parts, motion.velocity, field::velocity, n, "velocity");
+  add_part(header, parts, motion.acceleration, field::acceleration, n, "acceleration");
+  s.send(std::move(header), parts);
+}
+
+Order Participant::next() {
+  auto& s = *state_;
+  if (s.owes_result || s.owes_done)
+    throw s.error("next order asked for before the last one was answered");
+  s.order = s.await({Kind::step, Kind::checkpoint, Kind::finish}, "the next order");
+  const Header& header = s.order;
+  Order order;
+  order.window = header.window;
+  if (header.kind == Kind::finish) {
+    order.kind = Order::Kind::finish;
+    return order;
+  }
+  if (header.kind == Kind::checkpoint) {
+    order.kind = Order::Kind::checkpoint;
+    order.checkpoint = header.directory;
+    s.owes_done = true;
+    return order;
+  }
+  if (header.window != s.finished_window + 1)
+    throw s.error(fmt::format("STEP for window {} came after window {}", header.window,
+                              s.finished_window));
+  const PayloadView view = view_payload(header, s.payload());
+  const bool complete = s.connection.role == Role::flow
+                            ? !view.position.empty() && !view.velocity.empty()
+                            : !view.overpressure.empty();
+  if (header.idle ? header.fields != 0 : !complete || header.n_vertices != s.n_vertices)
+    throw s.error(fmt::format("STEP for window {} lacks what the {} side needs", header.window,
+                              to_word(s.connection.role)));
+  order.t_begin = header.t_begin;
+  order.t_end = header.t_end;
+  order.steps = header.steps;
+  order.load_shape = header.load_shape;
+  order.wall_path = header.wall_path;
+  order.idle = header.idle;
+  order.position = view.position;
+  order.velocity = view.velocity;
+  order.overpressure = view.overpressure;
+  s.owes_result = true;
+  return order;
+}
+
+void Participant::send(const Report& report) {
+  auto& s = *state_;
+  if (!s.owes_result) throw s.error("a report without a step order");
+  Header header;
+  header.kind = Kind::result;
+  header.window = s.order.window;
+  header.t_begin = s.order.t_begin;
+  header.t_end = s.order.t_end;
+  header.steps = report.steps_taken;
+  header.idle = report.idle;
+  header.stable_step = report.stable_step;
+  header.work = report.work;
+  header.impulse = report.impulse;
+  header.impedance = report.impedance;
+  header.mass_per_area = report.mass_per_area;
+  header.compute_seconds = report.compute_seconds;
+  header.status = report.status;
+  header.n_vertices = s.n_vertices;
+  std::vector<std::span<const double>> parts;
+  if (!report.idle) {
+    add_part(header, parts, report.position, field::position, 3 * s.n_vertices, "position");
+    add_part(header, parts, report.velocity, field::velocity, 3 * s.n_vertices, "velocity");
+    add_part(header, parts, report.overpressure, field::overpressure, s.n_vertices, "overpressure");
+  }
+  s.send(std::move(header), parts);
+  s.owes_result = false;
+  s.finished_window = s.order.window;
+}
+
+void Participant::checkpoint_written() {
+  auto& s = *state_;
+  if (!s.owes_done) throw s.error("a checkpoint reported that was not ordered");
+  Header header;
+  header.kind = Kind::done;
+  header.window = s.order.window;
+  s.send(std::move(header), std::string_view());
+  s.owes_done = false;
+}
+
+void Participant::goodbye() {
+  auto& s = *state_;
+  Header header;
+  header.kind = Kind::bye;
+  header.window = s.finished_window;
+  s.send(std::move(header), std::string_view());
+  s.socket->set(zmq::sockopt::linger, farewell_linger_ms);
+  s.ended = true;
+}
+
+void Participant::abort(const std::string& reason, ExitCode code) noexcept {
+  if (!state_ || !state_->socket || state_->ended) return;
+  auto& s = *state_;
+  s.ended = true;
+  try {
+    Header header;
+    header.kind = Kind::abort;
+    header.window = s.finished_window;
+    header.reason = reason;
+    header.exit_code = static_cast<std::uint32_t>(code);
+    header.run_id = s.run_id;
+    header.seq = ++s.sent;
+    const std::string bytes = encode(header);
+    if (s.socket->send(zmq::buffer(bytes), zmq::send_flags::sndmore | zmq::send_flags::dontwait))
+      s.socket->send(zmq::message_t(), zmq::send_flags::dontwait);
+    s.socket->set(zmq::sockopt::linger, farewell_linger_ms);
+  } catch (const std::exception&) {
+    // Nobody is left to be told.
+  }
+}
+
+}  // namespace ocublast::link
