@@ -12,3 +12,13 @@ if(SHELLCHECK)
            ${CMAKE_SOURCE_DIR}/tests/run ${CMAKE_SOURCE_DIR}/.ci/run)
   set_tests_properties(cases_shell_scripts PROPERTIES LABELS unit TIMEOUT 60)
 endif()
+
+# ocublast_python_test(name folder label timeout): runs tests/<folder>/<name>.py, unittest style.
+function(ocublast_python_test name folder label timeout)
+  add_test(NAME ${name} COMMAND ${OCU_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/${name}.py)
+  set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT ${timeout}
+                       ENVIRONMENT "OCUBLAST_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+endfunction()
+
+ocublast_python_test(cases_mesh unit unit 120)
+ocublast_python_test(cases_convert unit unit 120)
