@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -61,7 +62,8 @@ class Section {
   /// One word out of a table of words.
   template <class Enum>
   void choice(std::string_view name, Enum& value,
-              std::span<const std::pair<std::string_view, Enum>> words, const TextKey& key) {
+              std::span<const std::pair<std::string_view, std::type_identity_t<Enum>>> words,
+              const TextKey& key) {
     std::vector<std::string_view> accepted;
     std::size_t index = 0;
     for (std::size_t i = 0; i < words.size(); ++i) {
