@@ -46,6 +46,7 @@ struct TopologyReport {
   std::size_t blocked_segments = 0;
   std::size_t fluid_nodes = 0;      ///< nodes tagged fluid now
   double smallest_gap = 0.0;        ///< in cells, over segments between two walls; 0: none
+  std::size_t open_lines = 0;       ///< grid lines on which a surface does not close; 0 or a fault
 };
 
 struct ImmersedOptions {

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "flow_solver/gas/gas.hpp"
+#include "flow_solver/grid/fields.hpp"
+#include "flow_solver/immersed/foot.hpp"
+
+namespace ocublast::flow {
+
+using NodeIndex = std::array<std::int32_t, 3>;
+
+/// Weights of the corners of one grid cell: corner c is base + (c & 1, c >> 1 & 1, c >> 2).
+struct Stencil {
+  NodeIndex base{};
+  std::array<double, 8> weight{};  ///< sum 1; 0 where a corner may not be used
+  double distance = 0.0;           ///< m, of the weighted mean place of the corners from the foot's plane
+  bool own_state = false;          ///< nothing usable near: the end node alone
+};
+
+/// State interpolated by a stencil.
+struct Sample {
+  double p = 0.0;  ///< Pa
+  double T = 0.0;  ///< K
+  Vec3 u;          ///< m/s
+};
+
+/// What decides which nodes a wall may look at.
+class FluidNodes {
+ public:
+  FluidNodes(const Grid& grid, const std::vector<std::uint8_t>& tag,
+             const std::vector<std::uint8_t>& thin_cut)
+      : grid_(grid), tag_(tag), thin_cut_(thin_cut) {}
+
+  /// Multilinear weights at x over the fluid nodes in front of the plane (point, normal) that are
+  /// reached from node `from` without passing a body (null: not asked), renormalised. Returns the
+  /// share of weight that was usable; below `least` the stencil is not changed.
+  double weigh(const Vec3& x, const Vec3& point, const Vec3& normal, const NodeIndex* from,
+               double least, Stencil& stencil) const;
+  /// Stencil for the image of a ghost: at min(depth, 3.45 spacings) in front of the foot; where no
+  /// fluid node is in reach farther out, then closer, at last the end node itself.
+  [[nodiscard]] Stencil image(const Foot& foot, const NodeIndex& end_node) const;
+
+  /// Node spacing [m] met along direction `normal` at a node.
+  [[nodiscard]] double spacing(const Vec3& normal, const NodeIndex& node) const;
+  [[nodiscard]] Vec3 place(const NodeIndex& node) const;
+  /// Cell [base, base + 1] around x; absent directions: 0.
+  [[nodiscard]] NodeIndex cell(const Vec3& x) const;
+  [[nodiscard]] bool is_fluid(const NodeIndex& node) const { return tag_[offset(node)] == tag_fluid; }
+  [[nodiscard]] std::size_t offset(const NodeIndex& node) const {
+    return static_cast<std::size_t>(node[0]) +
+           static_cast<std::size_t>(grid_.axis[0].n) *
+               (static_cast<std::size_t>(node[1]) +
+                static_cast<std::size_t>(grid_.axis[1].n) * static_cast<std::size_t>(node[2]));
+  }
+  [[nodiscard]] const Grid& grid() const { return grid_; }
+
+ private:
+  [[nodiscard]] bool mirrored(NodeIndex& node) const;
+  [[nodiscard]] bool usable(const NodeIndex& node, const Vec3& point, const Vec3& normal,
+                            const NodeIndex* from) const;
+  [[nodiscard]] bool visible(const NodeIndex& from, const NodeIndex& to) const;
+  const Grid& grid_;
+  const std::vector<std::uint8_t>& tag_;
+  const std::vector<std::uint8_t>& thin_cut_;
+};
+
+/// Interpolated state of W; pressure and temperature are interpolated, density follows.
+[[nodiscard]] Sample sample(const Stencil& stencil, FieldsView<const double> W,
+                            const Gas& gas) noexcept;
+
+/// State and motion of the wall at a foot.
+struct WallState {
+  Vec3 velocity;          ///< m/s
+  double acceleration = 0.0;  ///< m/s^2, along the normal
+  WallSlip slip = WallSlip::slip;
+  double temperature = 0.0;   ///< K, 0: adiabatic
+};
+
+/// Primitive state at the ghost node of a foot: velocity linear between wall and image (its normal
+/// part only for a slip wall), pressure with the slope -rho a_n, temperature even or linear through
+/// the wall's.
+[[nodiscard]] std::array<double, n_primitive> ghost_state(const Foot& foot, const Stencil& stencil,
+                                                          const Sample& image, const WallState& wall,
+                                                          const Gas& gas) noexcept;
+
+}  // namespace ocublast::flow

@@ -1,0 +1,252 @@
+#include "flow_solver/immersed/immersed_boundary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "flow_solver/immersed/surface_readout.hpp"
+#include "flow_solver/immersed/topology.hpp"
+#include "flow_solver/immersed/wall_thickness.hpp"
+
+namespace ocublast::flow {
+namespace {
+
+/// Feet are searched anew where the wall moved by more than this share of the finest spacing;
+/// until then they move with their facet.
+constexpr double stale_share = 0.02;
+/// Largest wall displacement in a step, in cells: a fresh node's held value is then at most a third
+/// of a cell away from the wall it was made for.
+constexpr double largest_step_share = 0.3;
+/// A fresh node whose nearest wall now faces another way than the one its value came from.
+constexpr double changed_side_cosine = 0.2;
+
+double finest_spacing(const Grid& grid) {
+  double h = HUGE_VAL;
+  for (const Axis& axis : grid.axis) {
+    if (!axis.present) continue;
+    for (int i = 0; i + 1 < axis.n; ++i) h = std::min(h, axis.x(i + 1) - axis.x(i));
+  }
+  return h;
+}
+
+}  // namespace
+
+struct ImmersedBoundary::State {
+  Grid grid;
+  Gas gas;
+  ImmersedOptions options;
+  double h_min;
+  Bodies bodies;
+  Topology topology;
+  TopologyReport report;
+  std::vector<WallThickness> thickness;  ///< per body
+  std::uint64_t n_fallbacks = 0;
+  bool has_topology = false;
+
+  State(const Grid& g, const Gas& gas_, std::vector<Body>&& b, const ImmersedOptions& o)
+      : grid(g), gas(gas_), options(o), h_min(finest_spacing(g)),
+        bodies(grid, std::move(b), o.smooth_below_degrees), thickness(bodies.size()) {}
+
+  [[nodiscard]] FluidNodes nodes() const {
+    return {grid, topology.cut.tag, topology.cut.thin_cut};
+  }
+  [[nodiscard]] WallState wall_state(const Foot& foot) const;
+  void fill_ghosts(int axis, FieldsView<double> W);
+  void fill_fresh_nodes(FieldsView<double> W, const Topology& old);
+  [[nodiscard]] bool rebuild(const NodeIndex& node, const Foot& foot, FieldsView<double> W) const;
+};
+
+WallState ImmersedBoundary::State::wall_state(const Foot& foot) const {
+  WallState wall;
+  if (foot.body < 0) return wall;
+  const BodyState& s = bodies[foot.body];
+  wall.slip = s.body.slip;
+  wall.temperature = s.body.wall_temperature;
+  if (s.at_rest) return wall;
+  wall.velocity = at_foot(s, foot, s.velocity);
+  wall.acceleration = dot(at_foot(s, foot, s.acceleration), foot.normal);
+  return wall;
+}
+
+void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
+  const auto& walls = topology.cut.walls[axis];
+  auto& ghosts = topology.ghosts[axis];
+  auto& values = topology.cut.lines[axis].ghost;
+  values.resize(ghosts.size() * n_primitive);
+  const FluidNodes view = nodes();
+  const auto n = static_cast<std::ptrdiff_t>(walls.size());
+  std::uint64_t fallbacks = 0;
+#pragma omp parallel for schedule(static) reduction(+ : fallbacks)
+  for (std::ptrdiff_t w = 0; w < n; ++w) {
+    const WallEnd& wall = walls[w];
+    for (int layer = 0; layer < n_ghost; ++layer) {
+      const std::size_t g = static_cast<std::size_t>(w) * n_ghost + layer;
+      GhostPoint& ghost = ghosts[g];
+      if (ghost.foot.body >= 0 && bodies[ghost.foot.body].moved_since_ghosts) {
+        follow_ghost(grid, bodies, view, axis, wall, layer, ghost);
+      }
+      const Sample image = sample(ghost.stencil, W, gas);
+      const auto state = ghost_state(ghost.foot, ghost.stencil, image, wall_state(ghost.foot), gas);
+      std::copy(state.begin(), state.end(), values.begin() + static_cast<std::ptrdiff_t>(g * n_primitive));
+      fallbacks += ghost.stencil.own_state ? 1 : 0;
+    }
+  }
+  n_fallbacks += fallbacks;
+}
+
+/// Pressure and temperature of the image one spacing in front of the wall, normal velocity linear
+/// between the two.
+bool ImmersedBoundary::State::rebuild(const NodeIndex& node, const Foot& foot,
+                                      FieldsView<double> W) const {
+  const FluidNodes view = nodes();
+  const double h = view.spacing(foot.normal, node);
+  // The node itself must not serve: it is what is being rebuilt. Only neighbours farther out do.
+  Stencil stencil;
+  constexpr double least_share = 0.05;
+  if (view.weigh(foot.point + h * foot.normal, foot.point, foot.normal, &node, least_share, stencil) <
+      least_share) {
+    return false;
+  }
+  double others = 0.0;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    const NodeIndex at = {stencil.base[0] + static_cast<int>(corner & 1U),
+                          stencil.base[1] + static_cast<int>(corner >> 1 & 1U),
+                          stencil.base[2] + static_cast<int>(corner >> 2)};
+    if (at == node) stencil.weight[corner] = 0.0;
+    others += stencil.weight[corner];
+  }
+  if (others < least_share) return false;
+  for (double& weight : stencil.weight) weight /= others;
+  const Sample image = sample(stencil, W, gas);
+  const WallState wall = wall_state(foot);
+  const double reach = std::clamp(-foot.depth / h, 0.0, 1.0);
+  const Vec3 u = image.u - (1.0 - reach) * dot(image.u - wall.velocity, foot.normal) * foot.normal;
+  W(prim_rho, node[0], node[1], node[2]) = density(gas, image.p, image.T);
+  for (int a = 0; a < 3; ++a) W(prim_u + a, node[0], node[1], node[2]) = u[a];
+  W(prim_T, node[0], node[1], node[2]) = image.T;
+  return true;
+}
+
+void ImmersedBoundary::State::fill_fresh_nodes(FieldsView<double> W, const Topology& old) {
+  const auto& tag = topology.cut.tag;
+  std::size_t n = 0;
+  for (int k = 0; k < grid.axis[2].n; ++k) {
+    for (int j = 0; j < grid.axis[1].n; ++j) {
+      for (int i = 0; i < grid.axis[0].n; ++i, ++n) {
+        if (tag[n] != tag_fluid || old.cut.tag[n] == tag_fluid) continue;
+        ++report.fresh_nodes;
+        const NodeIndex node = {i, j, k};
+        const Foot foot = nearest_foot(bodies, nodes().place(node), 4.0 * h_min);
+        if (foot.body < 0) continue;
+        const std::int32_t entry = old.band_of_node[n];
+        const bool same_side =
+            entry >= 0 && dot(old.band[entry].normal, foot.normal) >= changed_side_cosine;
+        if (!same_side && rebuild(node, foot, W)) ++report.rebuilt_nodes;
+      }
+    }
+  }
+}
+
+ImmersedBoundary::ImmersedBoundary(const Grid& grid, const Gas& gas, std::vector<Body> bodies,
+                                   const ImmersedOptions& options)
+    : state_(std::make_unique<State>(grid, gas, std::move(bodies), options)) {}
+ImmersedBoundary::~ImmersedBoundary() = default;
+ImmersedBoundary::ImmersedBoundary(ImmersedBoundary&&) noexcept = default;
+ImmersedBoundary& ImmersedBoundary::operator=(ImmersedBoundary&&) noexcept = default;
+
+std::size_t ImmersedBoundary::n_bodies() const { return state_->bodies.size(); }
+const Body& ImmersedBoundary::body(std::size_t b) const { return state_->bodies[b].body; }
+
+void ImmersedBoundary::set_path(std::size_t b, double t_begin, double t_end,
+                                std::span<const double> position_end,
+                                std::span<const double> velocity_end) {
+  state_->bodies[b].path.set_cubic(t_begin, t_end, position_end, velocity_end);
+}
+void ImmersedBoundary::set_straight_path(std::size_t b, double t_begin, double t_end,
+                                         std::span<const double> position_end) {
+  state_->bodies[b].path.set_straight(t_begin, t_end, position_end);
+}
+void ImmersedBoundary::move_to(double t) { state_->bodies.move_to(t); }
+
+TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
+  State& s = *state_;
+  if (s.has_topology && !s.bodies.moved()) {
+    s.report.fresh_nodes = s.report.rebuilt_nodes = 0;
+    return s.report;
+  }
+  s.bodies.update_search(stale_share * s.h_min);
+  Topology old = std::exchange(s.topology, Topology{});
+  s.topology = make_topology(s.grid, s.bodies, s.options.gap_block, old);
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+    if (s.bodies[b].body.moves) s.thickness[b].update(s.bodies[b], s.h_min);
+  }
+  const auto& tag = s.topology.cut.tag;
+  s.report = {.blocked_segments = s.topology.cut.blocked_segments,
+              .fluid_nodes = static_cast<std::size_t>(std::count(tag.begin(), tag.end(), tag_fluid)),
+              .smallest_gap = s.topology.cut.smallest_gap,
+              .open_lines = s.topology.cut.open_lines};
+  if (s.has_topology) s.fill_fresh_nodes(W, old);
+  s.has_topology = true;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+    s.bodies[b].moved_since_topology = s.bodies[b].moved_since_ghosts = false;
+  }
+  return s.report;
+}
+
+void ImmersedBoundary::compute_ghosts(FieldsView<double> W) {
+  State& s = *state_;
+  for (int axis = 0; axis < 3; ++axis) s.fill_ghosts(axis, W);
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) s.bodies[b].moved_since_ghosts = false;
+  for (const BandNode& b : s.topology.band) {
+    const double* value = &s.topology.cut.lines[b.axis].ghost[static_cast<std::size_t>(b.ghost) * n_primitive];
+    double* node = &W(0, b.node[0], b.node[1], b.node[2]);
+    for (int f = 0; f < n_primitive; ++f) node[f * W.stride_f] = value[f];
+  }
+}
+
+const CutLines& ImmersedBoundary::lines(int axis) const { return state_->topology.cut.lines[axis]; }
+std::span<const std::uint8_t> ImmersedBoundary::tags() const { return state_->topology.cut.tag; }
+std::uint64_t ImmersedBoundary::n_fallbacks() const { return state_->n_fallbacks; }
+
+double ImmersedBoundary::wall_step_limit() const {
+  double limit = HUGE_VAL;
+  for (std::size_t b = 0; b < state_->bodies.size(); ++b) {
+    const BodyState& s = state_->bodies[b];
+    if (!s.body.moves) continue;
+    std::vector<double> speed(s.n_vertices());
+    for (std::size_t v = 0; v < speed.size(); ++v) speed[v] = s.path.largest_speed(v);
+    for (std::size_t f = 0; f < s.n_facets(); ++f) {
+      const Corners& v = s.topology.facet[f];
+      const double fastest = std::max({speed[v[0]], speed[v[1]], speed[v[2]]});
+      if (fastest <= 0.0) continue;
+      const double reach = std::min(largest_step_share * state_->h_min,
+                                    0.5 * state_->thickness[b].at(f));
+      limit = std::min(limit, reach / fastest);
+    }
+  }
+  return limit;
+}
+
+void ImmersedBoundary::read_overpressure(FieldsView<const double> W, std::size_t b,
+                                         double ambient_pressure,
+                                         std::span<double> at_vertices) const {
+  const State& s = *state_;
+  const auto facets = read_facets(s.nodes(), s.bodies, W, s.gas, b, ambient_pressure);
+  spread_to_vertices(s.grid, s.bodies[b], facets, at_vertices);
+}
+
+BodyLoad ImmersedBoundary::load(FieldsView<const double> W, std::size_t b,
+                                double ambient_pressure) const {
+  const State& s = *state_;
+  return integrate_load(s.bodies[b],
+                        read_facets(s.nodes(), s.bodies, W, s.gas, b, ambient_pressure));
+}
+
+std::span<const double> ImmersedBoundary::position(std::size_t b) const {
+  return state_->bodies[b].position;
+}
+std::span<const double> ImmersedBoundary::velocity(std::size_t b) const {
+  return state_->bodies[b].velocity;
+}
+
+}  // namespace ocublast::flow

@@ -1,0 +1,245 @@
+#include "flow_solver/immersed/surface_readout.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ocublast::flow {
+namespace {
+
+/// Least share of usable weight in an interpolation, as for the ghosts.
+constexpr double least_share = 0.05;
+/// Steps of the probe along the normal where no corner around the point is usable, in spacings.
+constexpr double probe_step = 0.5;
+constexpr int most_probe_steps = 6;
+/// Nodes searched around a point without gas in front: 6 each way.
+constexpr int widest_search = 6;
+/// A facet whose normal has less than this in the present directions closes an extruded body.
+constexpr double cap_share = 1e-3;
+
+/// Weighted mean of p (corrected to the wall) and the impedance.
+struct Reading {
+  double p = 0.0;
+  double impedance = 0.0;
+  double weight = 0.0;
+  void add(double w, const Sample& s, double distance, double a_n, const Gas& gas) {
+    const double rho = density(gas, s.p, s.T);
+    p += w * (s.p + rho * a_n * distance);
+    impedance += w * rho * sound_speed(gas, s.T);
+    weight += w;
+  }
+};
+
+class Reader {
+ public:
+  Reader(const FluidNodes& nodes, FieldsView<const double> W, const Gas& gas)
+      : nodes_(nodes), W_(W), gas_(gas) {}
+
+  [[nodiscard]] Reading at(const Vec3& point, const Vec3& normal, double a_n) const {
+    Reading reading = around(point, normal, a_n);
+    if (reading.weight >= least_share) return reading;
+    const double h = nodes_.spacing(normal, inside(nodes_.cell(point)));
+    for (int n = 1; n <= most_probe_steps; ++n) {
+      Stencil s;
+      const Vec3 probe = point + n * probe_step * h * normal;
+      if (nodes_.weigh(probe, point, normal, nullptr, least_share, s) < least_share) continue;
+      reading = {};
+      reading.add(1.0, sample(s, W_, gas_), s.distance, a_n, gas_);
+      return reading;
+    }
+    return nearest(point, normal);
+  }
+
+ private:
+  /// Corners of the cell around the point, those behind the wall at their mirror images.
+  [[nodiscard]] Reading around(const Vec3& point, const Vec3& normal, double a_n) const {
+    Reading reading;
+    Stencil front;
+    const double share = nodes_.weigh(point, point, normal, nullptr, 0.0, front);
+    if (share > 0.0) {
+      // Corner by corner: the correction to the wall is not linear in the weights (density).
+      reading.add(share, sample(front, W_, gas_), front.distance, a_n, gas_);
+    }
+    const NodeIndex base = nodes_.cell(point);
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      NodeIndex node = base;
+      double weight = 1.0;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const Axis& axis = nodes_.grid().axis[a];
+        const bool high = (corner >> a & 1U) != 0;
+        if (!axis.present) {
+          weight *= high ? 0.0 : 1.0;
+          continue;
+        }
+        const double low = axis.x(base[a]);
+        const double upper = std::clamp((point.c[a] - low) / (axis.x(base[a] + 1) - low), 0.0, 1.0);
+        weight *= high ? upper : 1.0 - upper;
+        node[a] += high ? 1 : 0;
+      }
+      if (weight <= 0.0) continue;
+      const Vec3 x = nodes_.place(node);
+      const double distance = dot(x - point, normal);
+      if (distance >= 0.0) continue;
+      Stencil image;
+      if (nodes_.weigh(x - 2.0 * distance * normal, point, normal, nullptr, least_share, image) <
+          least_share) {
+        continue;
+      }
+      reading.add(weight, sample(image, W_, gas_), image.distance, a_n, gas_);
+    }
+    if (reading.weight > 0.0) {
+      reading.p /= reading.weight;
+      reading.impedance /= reading.weight;
+    }
+    return reading;
+  }
+
+  [[nodiscard]] NodeIndex inside(NodeIndex node) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+      node[a] = std::clamp(node[a], 0, nodes_.grid().axis[a].n - 1);
+    }
+    return node;
+  }
+
+  /// Nearest fluid node, one in front of the wall before all others.
+  [[nodiscard]] Reading nearest(const Vec3& point, const Vec3& normal) const {
+    const NodeIndex centre = inside(nodes_.cell(point));
+    double best2[2] = {HUGE_VAL, HUGE_VAL};  // behind, in front
+    NodeIndex best[2] = {centre, centre};
+    const NodeIndex low = inside({centre[0] - widest_search, centre[1] - widest_search, centre[2] - widest_search});
+    const NodeIndex high = inside({centre[0] + widest_search, centre[1] + widest_search, centre[2] + widest_search});
+    NodeIndex node{};
+    for (node[2] = low[2]; node[2] <= high[2]; ++node[2]) {
+      for (node[1] = low[1]; node[1] <= high[1]; ++node[1]) {
+        for (node[0] = low[0]; node[0] <= high[0]; ++node[0]) {
+          if (!nodes_.is_fluid(node)) continue;
+          const Vec3 away = nodes_.place(node) - point;
+          const std::size_t in_front = dot(away, normal) > 0.0 ? 1 : 0;
+          if (norm2(away) >= best2[in_front]) continue;
+          best2[in_front] = norm2(away);
+          best[in_front] = node;
+        }
+      }
+    }
+    const std::size_t taken = best2[1] < HUGE_VAL ? 1 : 0;
+    Reading reading;
+    if (best2[taken] == HUGE_VAL) return reading;
+    Stencil s{.base = best[taken]};
+    s.weight[0] = 1.0;
+    reading.add(1.0, sample(s, W_, gas_), 0.0, 0.0, gas_);
+    return reading;
+  }
+
+  const FluidNodes& nodes_;
+  FieldsView<const double> W_;
+  const Gas& gas_;
+};
+
+bool is_cap(const Grid& grid, const Vec3& normal) {
+  double present2 = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    if (grid.axis[static_cast<std::size_t>(a)].present) present2 += normal[a] * normal[a];
+  }
+  return present2 < cap_share * cap_share;
+}
+
+bool in_grid(const Grid& grid, const Vec3& x) {
+  for (int a = 0; a < 3; ++a) {
+    const Axis& axis = grid.axis[static_cast<std::size_t>(a)];
+    if (axis.present && (x[a] < axis.min || x[a] > axis.max)) return false;
+  }
+  return true;
+}
+
+/// Exposed share and middle of the exposed part, from the four similar triangles of a facet.
+void find_exposure(const Grid& grid, const Bodies& bodies, std::size_t b, std::int32_t f,
+                   FacetReading& reading) {
+  const BodyState& s = bodies[b];
+  const Corners& v = s.topology.facet[f];
+  const Vec3 x[3] = {s.vertex(v[0]), s.vertex(v[1]), s.vertex(v[2])};
+  const Vec3 middle = (1.0 / 3.0) * (x[0] + x[1] + x[2]);
+  Vec3 sum;
+  int n = 0;
+  for (int part = 0; part < 4; ++part) {
+    const Vec3 point = part < 3 ? 0.5 * (middle + x[part]) : middle;
+    if (!in_grid(grid, point)) continue;
+    if (is_covered(bodies, static_cast<std::int32_t>(b), f, point)) continue;
+    sum = sum + point;
+    ++n;
+  }
+  reading.exposed = 0.25 * n;
+  reading.point = n > 0 ? (1.0 / n) * sum : middle;
+}
+
+}  // namespace
+
+std::vector<FacetReading> read_facets(const FluidNodes& nodes, const Bodies& bodies,
+                                      FieldsView<const double> W, const Gas& gas, std::size_t b,
+                                      double ambient_pressure) {
+  const BodyState& s = bodies[b];
+  const Reader reader(nodes, W, gas);
+  std::vector<FacetReading> facets(s.n_facets());
+  const auto n = static_cast<std::int32_t>(s.n_facets());
+#pragma omp parallel for schedule(dynamic, 64)
+  for (std::int32_t f = 0; f < n; ++f) {
+    FacetReading& reading = facets[f];
+    const Vec3& normal = s.geometry.normal[f];
+    if (s.buried[f] != 0 || is_cap(nodes.grid(), normal)) continue;
+    find_exposure(nodes.grid(), bodies, b, f, reading);
+    if (reading.exposed == 0.0) continue;
+    double a_n = 0.0;
+    if (!s.at_rest) {
+      const Corners& v = s.topology.facet[f];
+      const TrianglePoint at =
+          nearest_on_triangle(reading.point, s.vertex(v[0]), s.vertex(v[1]), s.vertex(v[2]));
+      a_n = dot(at_foot(s, Foot{.weight = at.weight, .facet = f}, s.acceleration), normal);
+    }
+    const Reading found = reader.at(reading.point, normal, a_n);
+    if (found.weight <= 0.0) {
+      reading.exposed = 0.0;  // no gas within reach at all
+      continue;
+    }
+    reading.overpressure = found.p - ambient_pressure;
+    reading.impedance = found.impedance;
+  }
+  return facets;
+}
+
+void spread_to_vertices(const Grid& grid, const BodyState& body,
+                        const std::vector<FacetReading>& facets, std::span<double> at_vertices) {
+  const SurfaceTopology& topology = body.topology;
+  for (std::size_t v = 0; v < body.n_vertices(); ++v) {
+    double load = 0.0;
+    double area = 0.0;
+    for (std::int32_t n = topology.around_first[v]; n < topology.around_first[v + 1]; ++n) {
+      const std::int32_t f = topology.around[n];
+      if (is_cap(grid, body.geometry.normal[f])) continue;
+      load += body.geometry.area[f] * facets[f].exposed * facets[f].overpressure;
+      area += body.geometry.area[f];
+    }
+    at_vertices[v] = area > 0.0 ? load / area : 0.0;
+  }
+}
+
+BodyLoad integrate_load(const BodyState& body, const std::vector<FacetReading>& facets) {
+  BodyLoad load;
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    const FacetReading& reading = facets[f];
+    if (reading.exposed == 0.0) continue;
+    const double area = reading.exposed * body.geometry.area[f];
+    const Vec3 force = (-reading.overpressure * area) * body.geometry.normal[f];
+    const Vec3 moment = cross(reading.point, force);
+    const Corners& v = body.topology.facet[f];
+    const Vec3 velocity = (1.0 / 3.0) * (row(body.velocity, v[0]) + row(body.velocity, v[1]) +
+                                         row(body.velocity, v[2]));
+    for (std::size_t a = 0; a < 3; ++a) {
+      load.force[a] += force.c[a];
+      load.moment[a] += moment.c[a];
+    }
+    load.power += dot(force, velocity);
+    load.exposed_area += area;
+    load.largest_impedance = std::max(load.largest_impedance, reading.impedance);
+  }
+  return load;
+}
+
+}  // namespace ocublast::flow

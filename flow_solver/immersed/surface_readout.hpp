@@ -1,0 +1,34 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "flow_solver/immersed/ghost_stencil.hpp"
+
+namespace ocublast::flow {
+
+/// Gas state read at a facet.
+struct FacetReading {
+  Vec3 point;                    ///< m, middle of the exposed part
+  double exposed = 0.0;          ///< share of the facet in the gas: 0, 1/4, .. 1
+  double overpressure = 0.0;     ///< Pa, at `point`
+  double impedance = 0.0;        ///< kg/(m^2 s), rho c there
+};
+
+/// Overpressure on all facets of body b: multilinear at the middle of the exposed part, corners
+/// behind the wall taken at their mirror images, each corrected to the wall with the slope rho a_n.
+/// A facet counts as covered where another body lies on it, where it lies outside the grid, and
+/// where its normal has no part in a present direction.
+[[nodiscard]] std::vector<FacetReading> read_facets(const FluidNodes& nodes, const Bodies& bodies,
+                                                    FieldsView<const double> W, const Gas& gas,
+                                                    std::size_t b, double ambient_pressure);
+
+/// The same at the vertices: mean over the facets around, weighted with area, covered parts as
+/// zero. Linear interpolation of these over the facets keeps the integral of pressure.
+void spread_to_vertices(const Grid& grid, const BodyState& body,
+                        const std::vector<FacetReading>& facets, std::span<double> at_vertices);
+
+/// Force, moment and power of the readings on body b.
+[[nodiscard]] BodyLoad integrate_load(const BodyState& body, const std::vector<FacetReading>& facets);
+
+}  // namespace ocublast::flow

@@ -1,0 +1,227 @@
+#include "flow_solver/immersed/topology.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ocublast::flow {
+namespace {
+
+NodeIndex node_on_line(const Grid& grid, int axis, std::int32_t line, std::int32_t i) {
+  const auto [b, c] = across(axis);
+  const int n_b = grid.axis[static_cast<std::size_t>(b)].n;
+  NodeIndex node{};
+  node[axis] = i;
+  node[b] = line % n_b;
+  node[c] = line / n_b;
+  return node;
+}
+
+Vec3 place(const Grid& grid, const NodeIndex& node) {
+  return {{grid.axis[0].x(node[0]), grid.axis[1].x(node[1]), grid.axis[2].x(node[2])}};
+}
+
+/// Foot on the mouth of a blocked gap: the plane across the line, moving as the nearest body does.
+Foot mouth_foot(const Grid& grid, const Bodies& bodies, int axis, const WallEnd& wall,
+                const Vec3& x) {
+  Vec3 mouth = x;
+  mouth[axis] = wall.position;
+  constexpr double reach = 4.0;  // cells: a blocked gap is narrower than one
+  const double h = grid.axis[static_cast<std::size_t>(axis)].h(wall.node);
+  Foot foot = nearest_foot(bodies, mouth, reach * h);
+  foot.point = mouth;
+  foot.normal = Vec3{};
+  foot.normal[axis] = -wall.side;
+  foot.depth = wall.side * (x[axis] - wall.position);
+  return foot;
+}
+
+Foot search_foot(const Grid& grid, const Bodies& bodies, int axis, const WallEnd& wall,
+                 int layer) {
+  const Vec3 x = place(grid, ghost_node(grid, axis, wall, layer));
+  if (wall.facet < 0) return mouth_foot(grid, bodies, axis, wall, x);
+  Vec3 crossing = x;
+  crossing[axis] = wall.position;
+  return find_foot(bodies, x, crossing, wall.body, wall.facet);
+}
+
+/// What of the old topology still holds.
+class Reuse {
+ public:
+  Reuse(const Grid& grid, const Bodies& bodies, const Topology& old, const CutGrid& cut)
+      : grid_(grid), bodies_(bodies), old_(old) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      const auto& stale = bodies[b].stale;
+      any_stale_.push_back(std::find(stale.begin(), stale.end(), 1) != stale.end());
+    }
+    find_changed_nodes(cut);
+  }
+
+  /// Number of the same wall end in the old topology, -1: new. `hint` moves along with the caller's
+  /// walls, which are sorted like the old ones.
+  [[nodiscard]] std::int32_t old_wall(int axis, const WallEnd& wall) const {
+    const auto& walls = old_.cut.walls[axis];
+    const auto at = std::lower_bound(walls.begin(), walls.end(), wall, comes_before);
+    if (at == walls.end() || at->line != wall.line || at->node != wall.node ||
+        at->side != wall.side || at->body != wall.body || at->facet != wall.facet || wall.facet < 0) {
+      return -1;
+    }
+    return static_cast<std::int32_t>(at - walls.begin());
+  }
+  [[nodiscard]] bool foot_holds(const WallEnd& wall, const Foot& foot, const Vec3& x) const {
+    if (bodies_[wall.body].stale[wall.facet] != 0 || bodies_[foot.body].stale[foot.facet] != 0) {
+      return false;
+    }
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (any_stale_[b] && static_cast<std::int32_t>(b) != foot.body &&
+          bodies_[b].tree.box().contains(foot.point, norm(x - foot.point))) {
+        return false;
+      }
+    }
+    return true;
+  }
+  [[nodiscard]] bool stands_still(const Foot& foot) const {
+    return !bodies_[foot.body].moved_since_topology;
+  }
+  /// Are all nodes an image may use (ghost layers and the ladder: within 8) as they were?
+  [[nodiscard]] bool surroundings_hold(const NodeIndex& node) const {
+    constexpr int reach = 8;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (node[a] + reach < changed_low_[a] || node[a] - reach > changed_high_[a]) return true;
+    }
+    return false;
+  }
+
+ private:
+  static bool comes_before(const WallEnd& a, const WallEnd& b) {
+    if (a.line != b.line) return a.line < b.line;
+    return a.node != b.node ? a.node < b.node : a.side < b.side;
+  }
+  void find_changed_nodes(const CutGrid& cut) {
+    if (old_.cut.tag.size() != cut.tag.size()) {
+      changed_low_ = {-n_ghost, -n_ghost, -n_ghost};
+      changed_high_ = {grid_.axis[0].n + n_ghost, grid_.axis[1].n + n_ghost,
+                       grid_.axis[2].n + n_ghost};
+      return;
+    }
+    std::size_t n = 0;
+    for (int k = 0; k < grid_.axis[2].n; ++k) {
+      for (int j = 0; j < grid_.axis[1].n; ++j) {
+        for (int i = 0; i < grid_.axis[0].n; ++i, ++n) {
+          // The old tags carry the mark of the band, which is fluid's opposite as well.
+          const bool same = (old_.cut.tag[n] == tag_fluid) == (cut.tag[n] == tag_fluid) &&
+                            old_.cut.thin_cut[n] == cut.thin_cut[n];
+          if (same) continue;
+          const NodeIndex node = {i, j, k};
+          for (std::size_t a = 0; a < 3; ++a) {
+            changed_low_[a] = std::min(changed_low_[a], node[a]);
+            changed_high_[a] = std::max(changed_high_[a], node[a]);
+          }
+        }
+      }
+    }
+  }
+
+  const Grid& grid_;
+  const Bodies& bodies_;
+  const Topology& old_;
+  std::vector<bool> any_stale_;
+  NodeIndex changed_low_{1 << 30, 1 << 30, 1 << 30};
+  NodeIndex changed_high_{-(1 << 30), -(1 << 30), -(1 << 30)};
+};
+
+void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
+                 const Topology& old, const Reuse& reuse, Topology& topology) {
+  const auto& walls = topology.cut.walls[axis];
+  auto& ghosts = topology.ghosts[axis];
+  ghosts.resize(walls.size() * n_ghost);
+  const auto n = static_cast<std::ptrdiff_t>(walls.size());
+#pragma omp parallel for schedule(dynamic, 64)
+  for (std::ptrdiff_t w = 0; w < n; ++w) {
+    const WallEnd& wall = walls[w];
+    const NodeIndex end = end_node(grid, axis, wall);
+    const std::int32_t before = reuse.old_wall(axis, wall);
+    for (int layer = 0; layer < n_ghost; ++layer) {
+      GhostPoint& ghost = ghosts[w * n_ghost + layer];
+      const Vec3 x = place(grid, ghost_node(grid, axis, wall, layer));
+      if (before >= 0) {
+        ghost = old.ghosts[axis][static_cast<std::size_t>(before) * n_ghost + layer];
+        if (reuse.foot_holds(wall, ghost.foot, x)) {
+          if (reuse.stands_still(ghost.foot)) {
+            if (!reuse.surroundings_hold(end)) ghost.stencil = nodes.image(ghost.foot, end);
+          } else {
+            follow_ghost(grid, bodies, nodes, axis, wall, layer, ghost);
+          }
+          continue;
+        }
+      }
+      ghost.foot = search_foot(grid, bodies, axis, wall, layer);
+      ghost.stencil = nodes.image(ghost.foot, end);
+    }
+  }
+}
+
+/// The band: every body node that is a ghost of some wall end, with the ghost whose foot is nearest.
+void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology) {
+  topology.band.clear();
+  topology.band_of_node.assign(topology.cut.tag.size(), -1);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& walls = topology.cut.walls[axis];
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+      for (int layer = 0; layer < n_ghost; ++layer) {
+        const NodeIndex node = ghost_node(grid, axis, walls[w], layer);
+        if (node[axis] < 0 || node[axis] >= grid.axis[static_cast<std::size_t>(axis)].n) break;
+        const std::size_t at = nodes.offset(node);
+        if (topology.cut.tag[at] == tag_fluid) continue;
+        const auto number = static_cast<std::int32_t>(w * n_ghost) + layer;
+        const Foot& foot = topology.ghosts[axis][number].foot;
+        const BandNode candidate{.node = node, .axis = axis, .ghost = number, .normal = foot.normal};
+        std::int32_t& entry = topology.band_of_node[at];
+        if (entry < 0) {
+          entry = static_cast<std::int32_t>(topology.band.size());
+          topology.band.push_back(candidate);
+          continue;
+        }
+        BandNode& held = topology.band[entry];
+        const Foot& other = topology.ghosts[held.axis][held.ghost].foot;
+        if (std::abs(foot.depth) < std::abs(other.depth)) held = candidate;
+      }
+    }
+  }
+  for (const BandNode& b : topology.band) {
+    std::uint8_t& tag = topology.cut.tag[nodes.offset(b.node)];
+    if (tag == tag_body) tag = tag_band;
+  }
+}
+
+}  // namespace
+
+NodeIndex ghost_node(const Grid& grid, int axis, const WallEnd& wall, int layer) {
+  return node_on_line(grid, axis, wall.line, wall.node + wall.side * (layer + 1));
+}
+
+NodeIndex end_node(const Grid& grid, int axis, const WallEnd& wall) {
+  return node_on_line(grid, axis, wall.line, wall.node);
+}
+
+void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
+                  const WallEnd& wall, int layer, GhostPoint& ghost) {
+  if (wall.facet < 0) return;  // the mouth of a gap stays where it is until the next topology
+  const Vec3 x = place(grid, ghost_node(grid, axis, wall, layer));
+  ghost.foot = follow_foot(bodies, x, ghost.foot, bodies[wall.body].geometry.normal[wall.facet]);
+  ghost.stencil = nodes.image(ghost.foot, end_node(grid, axis, wall));
+}
+
+Topology make_topology(const Grid& grid, const Bodies& bodies, double gap_block,
+                       const Topology& old) {
+  Topology topology;
+  topology.cut = cut_grid(grid, bodies, gap_block);
+  const FluidNodes nodes(grid, topology.cut.tag, topology.cut.thin_cut);
+  const Reuse reuse(grid, bodies, old, topology.cut);
+  for (int axis = 0; axis < 3; ++axis) {
+    find_ghosts(grid, bodies, nodes, axis, old, reuse, topology);
+  }
+  find_band(grid, nodes, topology);
+  return topology;
+}
+
+}  // namespace ocublast::flow

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "flow_solver/immersed/ghost_stencil.hpp"
+#include "flow_solver/immersed/line_cutting.hpp"
+
+namespace ocublast::flow {
+
+/// One ghost node of a wall end.
+struct GhostPoint {
+  Foot foot;
+  Stencil stencil;
+};
+
+/// A node in a body that holds the value of the ghost whose foot is nearest.
+struct BandNode {
+  NodeIndex node{};
+  std::int32_t axis = 0;
+  std::int32_t ghost = 0;  ///< wall end * n_ghost + layer
+  Vec3 normal;             ///< of the wall its value comes from
+};
+
+/// Everything that depends on where the walls lie among the nodes.
+struct Topology {
+  CutGrid cut;
+  std::array<std::vector<GhostPoint>, 3> ghosts;  ///< [n_walls, n_ghost] per direction
+  std::vector<BandNode> band;
+  std::vector<std::int32_t> band_of_node;  ///< entry of `band` per node, -1: none
+};
+
+/// Node of the grid at ghost layer 0 .. 3 of a wall end (may lie beyond the domain's face).
+[[nodiscard]] NodeIndex ghost_node(const Grid& grid, int axis, const WallEnd& wall, int layer);
+/// The fluid node the wall end belongs to.
+[[nodiscard]] NodeIndex end_node(const Grid& grid, int axis, const WallEnd& wall);
+
+/// Renews foot and stencil of a ghost after its body moved, with the topology as it is.
+void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
+                  const WallEnd& wall, int layer, GhostPoint& ghost);
+
+/// Cuts the grid for the bodies' current place. Feet of `old` are kept where neither their facet
+/// nor a body near them moved, so that static walls are searched once.
+[[nodiscard]] Topology make_topology(const Grid& grid, const Bodies& bodies, double gap_block,
+                                     const Topology& old);
+
+}  // namespace ocublast::flow
