@@ -1,1 +1,3 @@
 # Tests of this part; see ocublast_test in CMakeLists.txt.
+ocublast_test(NAME test_immersed_geometry LABEL unit SOURCES unit/immersed_geometry.cpp
+  LIBRARIES ocublast_flow_immersed ocublast_flow_grid)

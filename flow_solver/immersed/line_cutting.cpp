@@ -113,7 +113,9 @@ void mark_lines_through(const Layout& layout, int a, std::ptrdiff_t line, int be
 void mark_crossed_lines(const Bodies& bodies, int a, std::vector<std::uint8_t>& marks) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const auto& first = bodies[b].crossings[static_cast<std::size_t>(a)].first;
-    for (std::size_t l = 0; l < marks.size(); ++l) marks[l] |= first[l] != first[l + 1] ? 1 : 0;
+    for (std::size_t l = 0; l < marks.size(); ++l) {
+      if (first[l] != first[l + 1]) marks[l] = 1;
+    }
   }
 }
 
