@@ -22,3 +22,5 @@ endfunction()
 
 ocublast_python_test(cases_mesh unit unit 120)
 ocublast_python_test(cases_convert unit unit 120)
+ocublast_python_test(cases_launcher unit unit 180)
+ocublast_python_test(cases_report unit unit 120)

@@ -1,0 +1,178 @@
+"""The three programs: where they are, how a case is checked with them, started and stopped."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import re
+import shlex
+import signal
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from launching.case_file import CaseError
+
+ROOT = Path(__file__).resolve().parents[2]
+# Exit codes of all programs.
+DONE, OTHER, CASE, LINK, NUMERICS = 0, 1, 2, 3, 4
+MEANING = {OTHER: "an unexpected fault", CASE: "the case", LINK: "a file or a partner",
+           NUMERICS: "the numerics"}
+PR_SET_PDEATHSIG = 1  # linux/prctl.h
+HEADER = re.compile(r"\s*\[\[?\s*([A-Za-z0-9_-]+)[^=]*\]\s*$")
+
+
+def programs_folder() -> Path:
+    return Path(os.environ.get("OCUBLAST_BIN") or ROOT / "build" / "release" / "bin")
+
+
+def program(name: str) -> str:
+    file = programs_folder() / name
+    if not file.is_file():
+        raise RuntimeError(f"{file} is missing; run cases/setup")
+    return str(file)
+
+
+@dataclass
+class Launch:
+    """One run of a case: what every program is told."""
+
+    case_file: Path
+    overrides: list[str]
+    mesh_folder: Path
+    out: Path
+    resume: bool = False
+    quiet: bool = False
+    threads: dict[str, int] = field(default_factory=dict)   # "flow", "solid"
+    commands: dict[str, str] = field(default_factory=dict)  # replacing "flow", "solid"
+
+    def case_arguments(self) -> list[str]:
+        arguments = [str(self.case_file)]
+        for text in self.overrides:
+            arguments += ["--set", text]
+        return [*arguments, "--mesh-dir", str(self.mesh_folder)]
+
+    def solver_command(self, side: str) -> str:
+        """The command of one solver as the coupler is to start it."""
+        if side in self.commands:
+            return self.commands[side]
+        command = [program(f"{side}_solver")]
+        if side in self.threads:
+            command += ["--threads", str(self.threads[side])]
+        return shlex.join(command)
+
+    def main_command(self, parts: list[str]) -> list[str]:
+        """The command that runs the case: the coupler for a coupled one, else the one solver."""
+        rest = [*self.case_arguments(), "--out", str(self.out)]
+        if self.resume:
+            rest += ["--resume", str(self.out)]
+        if self.quiet:
+            rest.append("--quiet")
+        if "coupling" in parts:
+            sides = ["--flow", self.solver_command("flow"), "--solid", self.solver_command("solid")]
+            return [program("coupler"), *rest, *sides]
+        return [*shlex.split(self.solver_command(parts[0])), *rest]
+
+
+def parts_of(case: dict, case_file: Path) -> list[str]:
+    """Which of flow, solid, coupling a case has."""
+    parts = [name for name in ("flow", "solid", "coupling") if name in case]
+    if "coupling" in parts and len(parts) < 3:
+        raise CaseError(f"{case_file}: [coupling] needs both [flow] and [solid]; there is only "
+                        f"{', '.join(p for p in parts if p != 'coupling') or 'neither'}")
+    if "coupling" not in parts and len(parts) == 2:
+        raise CaseError(f"{case_file}: [flow] and [solid] without [coupling]: add the table, even "
+                        "empty, or remove one of them")
+    if not parts:
+        raise CaseError(f"{case_file}: neither [flow] nor [solid]: nothing to run")
+    return parts
+
+
+def check(launch: Launch, parts: list[str]) -> str:
+    """Lets each program that will run check its part. Returns what would run; CaseError with all
+    faults, each said once though several programs read the common tables."""
+    names = {"flow": "flow_solver", "solid": "solid_solver", "coupling": "coupler"}
+    report, faults = "", []
+    for part in parts:
+        verb = ["check"] if part == "coupling" else []
+        flag = [] if part == "coupling" else ["--check"]
+        done = subprocess.run([program(names[part]), *verb, *launch.case_arguments(), *flag],
+                              capture_output=True, text=True)
+        if done.returncode == DONE:
+            report += done.stdout
+            continue
+        if done.returncode != CASE:
+            raise RuntimeError(f"{names[part]} could not check the case:\n{done.stderr.strip()}")
+        faults += [line for line in done.stderr.splitlines() if line.strip() and line not in faults]
+    if faults:
+        raise CaseError("\n".join(faults))
+    return report
+
+
+def _end_with_parent() -> None:
+    """A launcher that is killed outright takes the run with it."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def run(launch: Launch, parts: list[str]) -> int:
+    """Runs to the end; Ctrl-C and a request to end are passed on, and the run ends by itself."""
+    # Its own process group: a Ctrl-C reaches the solvers only by the coupler, which then ends them
+    # in order, with a checkpoint.
+    child = subprocess.Popen(launch.main_command(parts), process_group=0,
+                             preexec_fn=_end_with_parent)
+    previous = {}
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        previous[number] = signal.signal(number, lambda n, _: child.send_signal(n))
+    try:
+        code = child.wait()
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+    return code if code >= 0 else OTHER
+
+
+def effective_case(launch: Launch, parts: list[str], resolution: str | None) -> str:
+    """The case with every default: each program prints the tables it reads."""
+    names = {"flow": "flow_solver", "solid": "solid_solver", "coupling": "coupler"}
+    tables: dict[str, str] = {}
+    for part in parts:
+        done = subprocess.run([program(names[part]), *launch.case_arguments(), "--effective"],
+                              capture_output=True, text=True)
+        if done.returncode != DONE:
+            raise RuntimeError(f"{names[part]} --effective failed:\n{done.stderr.strip()}")
+        for name, text in split_tables(done.stdout).items():
+            tables.setdefault(name, text)
+    # The preset has been applied: its name would only ask for tables that are not here any more.
+    if "case" in tables:
+        lines = [line for line in tables["case"].splitlines() if not line.startswith("resolution")]
+        tables["case"] = "\n".join(lines)
+    head = f"# Resolution preset applied: {resolution}.\n\n" if resolution else ""
+    order = ["case", "time", "ambient", "coupling", "flow", "solid"]
+    names_in_order = sorted(tables, key=lambda n: order.index(n) if n in order else len(order))
+    return head + "\n\n".join(tables[name].strip() for name in names_in_order) + "\n"
+
+
+def version() -> str:
+    """What the programs say they are."""
+    for name in ("coupler", "flow_solver", "solid_solver"):
+        file = programs_folder() / name
+        if file.is_file():
+            done = subprocess.run([file, "--version"], capture_output=True, text=True)
+            return done.stdout.strip().partition(" ")[2]
+    return "unknown"
+
+
+def split_tables(text: str) -> dict[str, str]:
+    """TOML text cut by top-level table: [flow], [flow.grid] and [[flow.burst]] all belong to flow."""
+    tables: dict[str, str] = {}
+    current, depth = "", 0
+    for line in text.splitlines():
+        header = HEADER.match(line) if depth == 0 else None
+        if header:
+            current = header.group(1)
+        else:  # brackets of arrays that run over several lines, those in texts left out
+            bare = re.sub(r'"(\\.|[^"\\])*"|\'[^\']*\'', "", line)
+            depth += bare.count("[") - bare.count("]")
+        if current:
+            tables[current] = tables.get(current, "") + line + "\n"
+    return tables
