@@ -1,3 +1,5 @@
 # Tests of this part; see ocublast_test in CMakeLists.txt.
 ocublast_test(NAME test_immersed_geometry LABEL unit SOURCES unit/immersed_geometry.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
+ocublast_test(NAME test_immersed_boundary LABEL unit SOURCES unit/immersed_boundary.cpp
+  LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
