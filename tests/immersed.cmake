@@ -3,3 +3,5 @@ ocublast_test(NAME test_immersed_geometry LABEL unit SOURCES unit/immersed_geome
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
 ocublast_test(NAME test_immersed_boundary LABEL unit SOURCES unit/immersed_boundary.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
+ocublast_test(NAME test_immersed_speed LABEL verification SOURCES verification/immersed_speed.cpp
+  LIBRARIES ocublast_flow_immersed ocublast_flow_grid)

@@ -160,7 +160,7 @@ void Bodies::find_buried() {
     if (!affected) continue;
     std::vector<std::uint8_t> covered(s.n_vertices(), 0);
     const auto n = static_cast<std::int32_t>(s.n_vertices());
-#pragma omp parallel for schedule(dynamic, 256)
+#pragma omp parallel for schedule(dynamic, 256) if (n > 1000)
     for (std::int32_t v = 0; v < n; ++v) {
       const Vec3 x = s.vertex(v);
       covered[v] = others.contains(x, 0.0) && inside_any(x, static_cast<std::int32_t>(b)) ? 1 : 0;

@@ -76,7 +76,7 @@ void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
   const FluidNodes view = nodes();
   const auto n = static_cast<std::ptrdiff_t>(walls.size());
   std::uint64_t fallbacks = 0;
-#pragma omp parallel for schedule(static) reduction(+ : fallbacks)
+#pragma omp parallel for schedule(static) reduction(+ : fallbacks) if (n > 500)
   for (std::ptrdiff_t w = 0; w < n; ++w) {
     const WallEnd& wall = walls[w];
     for (int layer = 0; layer < n_ghost; ++layer) {

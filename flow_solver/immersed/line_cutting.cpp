@@ -297,7 +297,7 @@ void cut_direction(const Grid& grid, const Bodies& bodies, const Layout& layout,
   const int n_shares = omp_get_max_threads();
   std::vector<Share> shares(static_cast<std::size_t>(n_shares));
   cut.lines[a].cut = marks;
-#pragma omp parallel for schedule(static, 1)
+#pragma omp parallel for schedule(static, 1) if (n_lines > 1000)
   for (int share = 0; share < n_shares; ++share) {
     LineCutter cutter(grid, bodies, layout, a, cut.tag, shares[static_cast<std::size_t>(share)]);
     for (std::ptrdiff_t l = n_lines * share / n_shares; l < n_lines * (share + 1) / n_shares; ++l) {

@@ -138,7 +138,7 @@ LineCrossings compute_crossings(const SnappedGrid& grid, int a, const SurfaceTop
   const int n_parts = omp_get_max_threads();
   std::vector<std::vector<LineHit>> parts(static_cast<std::size_t>(n_parts));
   const std::size_t n = topology.facet.size();
-#pragma omp parallel for schedule(static, 1)
+#pragma omp parallel for schedule(static, 1) if (n > 2000)
   for (int part = 0; part < n_parts; ++part) {
     auto& hits = parts[static_cast<std::size_t>(part)];
     const std::size_t begin = n * static_cast<std::size_t>(part) / static_cast<std::size_t>(n_parts);

@@ -179,7 +179,7 @@ std::vector<FacetReading> read_facets(const FluidNodes& nodes, const Bodies& bod
   const Reader reader(nodes, W, gas);
   std::vector<FacetReading> facets(s.n_facets());
   const auto n = static_cast<std::int32_t>(s.n_facets());
-#pragma omp parallel for schedule(dynamic, 64)
+#pragma omp parallel for schedule(dynamic, 64) if (n > 500)
   for (std::int32_t f = 0; f < n; ++f) {
     FacetReading& reading = facets[f];
     const Vec3& normal = s.geometry.normal[f];

@@ -135,7 +135,7 @@ void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes
   auto& ghosts = topology.ghosts[axis];
   ghosts.resize(walls.size() * n_ghost);
   const auto n = static_cast<std::ptrdiff_t>(walls.size());
-#pragma omp parallel for schedule(dynamic, 64)
+#pragma omp parallel for schedule(dynamic, 64) if (n > 500)
   for (std::ptrdiff_t w = 0; w < n; ++w) {
     const WallEnd& wall = walls[w];
     const NodeIndex end = end_node(grid, axis, wall);

@@ -57,7 +57,7 @@ void WallThickness::update(const BodyState& body, double h) {
   measured_at_ = body.position;
   thickness_.resize(body.n_facets());
   const auto n = static_cast<std::int32_t>(body.n_facets());
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (n > 1000)
   for (std::int32_t f = 0; f < n; ++f) thickness_[f] = measure(body, f, farthest * h);
 }
 
