@@ -1,0 +1,215 @@
+#pragma once
+
+#include <cstdint>
+
+// Lanes of W doubles, one element per lane, by GCC vector extensions. Everything here is file-local:
+// the same text is compiled for several instruction sets and no copy may replace another at link time.
+#define OCU_LANE_INLINE static inline __attribute__((always_inline))
+
+namespace ocublast::solid {
+namespace {
+
+/// Elements per stored batch; a kernel of W lanes passes over a batch 8 / W times.
+constexpr int batch_lanes = 8;
+constexpr int row_stride = 4;  ///< node_stride of the nodal arrays
+
+using Row = double __attribute__((vector_size(32), aligned(8)));
+
+template <int W>
+struct LaneTypes {
+  typedef double Real __attribute__((vector_size(8 * W)));
+  typedef std::int64_t Integer __attribute__((vector_size(8 * W)));
+};
+template <int W>
+using Lanes = typename LaneTypes<W>::Real;
+
+template <int W>
+OCU_LANE_INLINE Lanes<W> splat(double value) {
+  return Lanes<W>{} + value;
+}
+template <int W>
+OCU_LANE_INLINE Lanes<W> load(const double* p) {
+  Lanes<W> v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+template <int W>
+OCU_LANE_INLINE void store(double* p, Lanes<W> v) {
+  __builtin_memcpy(p, &v, sizeof v);
+}
+
+OCU_LANE_INLINE void transpose(Row& a, Row& b, Row& c, Row& d) {
+  const Row ab_lo = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Row ab_hi = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Row cd_lo = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const Row cd_hi = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  a = __builtin_shufflevector(ab_lo, cd_lo, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab_hi, cd_hi, 0, 1, 4, 5);
+  c = __builtin_shufflevector(ab_lo, cd_lo, 2, 3, 6, 7);
+  d = __builtin_shufflevector(ab_hi, cd_hi, 2, 3, 6, 7);
+}
+
+/// Components x, y, z of W nodes, lane by lane, from rows [n, row_stride].
+template <int W>
+OCU_LANE_INLINE void gather(const double* field, const std::int32_t* nodes, Lanes<W> out[3]) {
+  if constexpr (W >= 4) {
+    Row part[W / 4][3];
+    for (int h = 0; h < W / 4; ++h) {
+      Row r[4];
+      for (int l = 0; l < 4; ++l)
+        __builtin_memcpy(&r[l], field + row_stride * static_cast<std::int64_t>(nodes[4 * h + l]), sizeof(Row));
+      transpose(r[0], r[1], r[2], r[3]);
+      for (int i = 0; i < 3; ++i) part[h][i] = r[i];
+    }
+    for (int i = 0; i < 3; ++i) {
+      if constexpr (W == 8)
+        out[i] = __builtin_shufflevector(part[0][i], part[1][i], 0, 1, 2, 3, 4, 5, 6, 7);
+      else
+        out[i] = part[0][i];
+    }
+  } else {
+    static_assert(W == 2);
+    const double* first = field + row_stride * static_cast<std::int64_t>(nodes[0]);
+    const double* second = field + row_stride * static_cast<std::int64_t>(nodes[1]);
+    for (int i = 0; i < 3; ++i) out[i] = Lanes<W>{first[i], second[i]};
+  }
+}
+
+/// Adds the forces of W elements of N nodes to rows [n, row_stride], element after element: the order
+/// of additions is the same for every W. nodes [N, batch_lanes].
+template <int W, int N>
+OCU_LANE_INLINE void scatter_add(double* field, const std::int32_t* nodes, const Lanes<W> f[N][3]) {
+  Row rows[W][N];
+  for (int a = 0; a < N; ++a) {
+    if constexpr (W >= 4) {
+      for (int h = 0; h < W / 4; ++h) {
+        Row r[4] = {};
+        for (int i = 0; i < 3; ++i) {
+          if constexpr (W == 8)
+            r[i] = h == 0 ? __builtin_shufflevector(f[a][i], f[a][i], 0, 1, 2, 3)
+                          : __builtin_shufflevector(f[a][i], f[a][i], 4, 5, 6, 7);
+          else
+            r[i] = f[a][i];
+        }
+        transpose(r[0], r[1], r[2], r[3]);
+        for (int l = 0; l < 4; ++l) rows[4 * h + l][a] = r[l];
+      }
+    } else {
+      for (int l = 0; l < W; ++l) rows[l][a] = Row{f[a][0][l], f[a][1][l], f[a][2][l], 0.0};
+    }
+  }
+  for (int l = 0; l < W; ++l)
+    for (int a = 0; a < N; ++a) {
+      double* row = field + row_stride * static_cast<std::int64_t>(nodes[a * batch_lanes + l]);
+      Row sum;
+      __builtin_memcpy(&sum, row, sizeof sum);
+      sum += rows[l][a];
+      __builtin_memcpy(row, &sum, sizeof sum);
+    }
+}
+
+template <int W>
+OCU_LANE_INLINE Lanes<W> gather_scalar(const double* field, const std::int32_t* index) {
+  Lanes<W> v{};
+  for (int l = 0; l < W; ++l) v[l] = field[index[l]];
+  return v;
+}
+
+/// Adds one number per element to N of its entries, element after element; index [N, batch_lanes].
+template <int W, int N>
+OCU_LANE_INLINE void scatter_add_scalar(double* field, const std::int32_t* index, Lanes<W> v) {
+  for (int l = 0; l < W; ++l)
+    for (int a = 0; a < N; ++a) field[index[a * batch_lanes + l]] += v[l];
+}
+
+/// x^(-1/3) for x > 0 without a library call: start from the exponent bits (a third by shifts, which
+/// every instruction set has), then third-order Newton steps y (1 + e/3 + 2 e^2/9), e = 1 - x y^3.
+/// Start error below 6 %, three steps give round-off.
+template <class V>
+OCU_LANE_INLINE V inverse_cbrt(V x) {
+  typedef std::int64_t I __attribute__((vector_size(sizeof(V))));
+  const I bits = (I)x;
+  const I third = (bits >> 2) + (bits >> 4) + (bits >> 6) + (bits >> 8) + (bits >> 10) + (bits >> 12);
+  // 4/3 of the bits of 1.0, less 1/3 of a mantissa bias that centres the start error; the shifts
+  // give 0.33325 instead of 1/3 of the bits, which the constant makes up for at x = 1.
+  constexpr std::int64_t one = 0x3ff0000000000000;
+  constexpr std::int64_t third_of_one =
+      (one >> 2) + (one >> 4) + (one >> 6) + (one >> 8) + (one >> 10) + (one >> 12);
+  constexpr std::int64_t bias = 0x0000800000000000;  // 1/32 of an octave
+  const I start = (one + third_of_one - bias) - third;
+  V y = (V)start;
+  for (int n = 0; n < 4; ++n) {
+    const V e = 1.0 - x * (y * y * y);
+    y += y * (e * (1.0 / 3.0 + e * (2.0 / 9.0)));
+  }
+  return y;
+}
+
+/// Displacement gradient, its cofactor-based dilatation, and what laws need of them.
+template <class V>
+struct Gradient {
+  V H[9];    ///< grad u, row-major, H[3 i + j] = du_i / dX_j
+  V cof[9];  ///< d(dilatation)/dH: cof F at finite strain, identity at small strain
+  V j;       ///< dilatation: J - 1 at finite strain, tr H at small strain
+};
+
+/// J - 1 = tr H + tr cof H + det H: no cancellation near J = 1, so that a bulk modulus 1e9 times the
+/// shear modulus still gives a pressure good to round-off of the strain, not of 1.
+template <class V>
+OCU_LANE_INLINE V dilatation_finite(const V H[9]) {
+  const V c00 = H[4] * H[8] - H[5] * H[7];
+  const V c01 = H[5] * H[6] - H[3] * H[8];
+  const V c02 = H[3] * H[7] - H[4] * H[6];
+  const V c11 = H[0] * H[8] - H[2] * H[6];
+  const V c22 = H[0] * H[4] - H[1] * H[3];
+  return (H[0] + H[4] + H[8]) + ((c00 + c11 + c22) + (H[0] * c00 + H[1] * c01 + H[2] * c02));
+}
+
+/// cof F = (1 + tr H) I - H^T + cof H.
+template <class V>
+OCU_LANE_INLINE void complete_finite(Gradient<V>& g) {
+  const V* H = g.H;
+  V* c = g.cof;
+  c[0] = H[4] * H[8] - H[5] * H[7];
+  c[1] = H[5] * H[6] - H[3] * H[8];
+  c[2] = H[3] * H[7] - H[4] * H[6];
+  c[3] = H[2] * H[7] - H[1] * H[8];
+  c[4] = H[0] * H[8] - H[2] * H[6];
+  c[5] = H[1] * H[6] - H[0] * H[7];
+  c[6] = H[1] * H[5] - H[2] * H[4];
+  c[7] = H[2] * H[3] - H[0] * H[5];
+  c[8] = H[0] * H[4] - H[1] * H[3];
+  const V trace = H[0] + H[4] + H[8];
+  g.j = trace + ((c[0] + c[4] + c[8]) + (H[0] * c[0] + H[1] * c[1] + H[2] * c[2]));
+  c[0] += 1.0 + (H[4] + H[8]);
+  c[4] += 1.0 + (H[0] + H[8]);
+  c[8] += 1.0 + (H[0] + H[4]);
+  c[1] -= H[3];
+  c[2] -= H[6];
+  c[3] -= H[1];
+  c[5] -= H[7];
+  c[6] -= H[2];
+  c[7] -= H[5];
+}
+
+/// Dilatation and its derivative for a law's kinematics.
+template <class Law, class V>
+OCU_LANE_INLINE V dilatation_of(const V H[9]) {
+  if constexpr (Law::finite_strain)
+    return dilatation_finite(H);
+  else
+    return H[0] + H[4] + H[8];
+}
+
+template <class Law, class V>
+OCU_LANE_INLINE void complete(Gradient<V>& g) {
+  if constexpr (Law::finite_strain) {
+    complete_finite(g);
+  } else {
+    for (int i = 0; i < 9; ++i) g.cof[i] = V{} + (i % 4 == 0 ? 1.0 : 0.0);
+    g.j = g.H[0] + g.H[4] + g.H[8];
+  }
+}
+
+}  // namespace
+}  // namespace ocublast::solid

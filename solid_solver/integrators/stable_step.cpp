@@ -1,0 +1,93 @@
+#include "solid_solver/integrators/stable_step.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "solid_solver/fields/aligned.hpp"
+
+namespace ocublast::solid {
+namespace {
+
+using Vector = AlignedVector<double>;
+
+double dot(const Vector& a, const Vector& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+void add_scaled(Vector& y, double s, const Vector& x) {
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] += s * x[i];
+}
+
+void scale(Vector& y, double s) {
+  for (auto& value : y) value *= s;
+}
+
+/// Rough in space, so that the stiffest modes are in it; the same in every run.
+Vector start_vector(const Vector& root) {
+  Vector v(root.size());
+  std::uint64_t bits = 0x9e3779b97f4a7c15u;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    bits = bits * 6364136223846793005u + 1442695040888963407u;
+    v[i] = root[i] > 0.0 ? static_cast<double>(bits >> 11) * 0x1p-53 - 0.5 : 0.0;
+  }
+  return v;
+}
+
+double largest_eigenvalue(const std::vector<double>& alpha, const std::vector<double>& beta) {
+  const auto n = static_cast<int>(alpha.size());
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(n, n);
+  for (int i = 0; i < n; ++i) {
+    T(i, i) = alpha[static_cast<std::size_t>(i)];
+    if (i > 0) T(i, i - 1) = T(i - 1, i) = beta[static_cast<std::size_t>(i - 1)];
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(T, Eigen::EigenvaluesOnly).eigenvalues()(n - 1);
+}
+
+constexpr double converged_change = 1e-4;  // of omega; the safety factor leaves a thousand times more
+
+}  // namespace
+
+Frequency largest_frequency(std::span<const double> inverse_mass, const StiffnessProduct& product, int products) {
+  const std::size_t n = inverse_mass.size();
+  Vector root(n);  // M^-1/2: Lanczos on M^-1/2 K M^-1/2 is Lanczos on M^-1 K in the M inner product
+  for (std::size_t i = 0; i < n; ++i) root[i] = std::sqrt(inverse_mass[i]);
+  std::vector<Vector> basis{start_vector(root)};
+  const double norm = std::sqrt(dot(basis[0], basis[0]));
+  if (norm == 0.0) return {};
+  scale(basis[0], 1.0 / norm);
+  std::vector<double> alpha;
+  std::vector<double> beta;
+  Frequency found;
+  Vector x(n);
+  Vector w(n);
+  for (int k = 0; k < 2 * products; ++k) {
+    const auto& v = basis.back();
+    for (std::size_t i = 0; i < n; ++i) x[i] = root[i] * v[i];
+    product(x, w);
+    for (std::size_t i = 0; i < n; ++i) w[i] *= root[i];
+    alpha.push_back(dot(w, v));
+    for (int pass = 0; pass < 2; ++pass)
+      for (const auto& b : basis) add_scaled(w, -dot(w, b), b);
+    const double omega = std::sqrt(std::max(0.0, largest_eigenvalue(alpha, beta)));
+    found.last_change = omega > 0.0 ? std::abs(omega - found.omega) / omega : 0.0;
+    found.omega = omega;
+    found.products = k + 1;
+    const double next = std::sqrt(dot(w, w));
+    if (k + 1 >= products && found.last_change < converged_change) break;
+    if (next <= 1e-12 * std::abs(alpha.front())) break;  // the whole space is spanned
+    beta.push_back(next);
+    scale(w, 1.0 / next);
+    basis.push_back(w);
+  }
+  return found;
+}
+
+double critical_step(double omega, double damping_ratio) {
+  return 2.0 / omega * (std::sqrt(1.0 + damping_ratio * damping_ratio) - damping_ratio);
+}
+
+}  // namespace ocublast::solid

@@ -1,0 +1,90 @@
+#include "solid_solver/io/mesh_file.hpp"
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "coupler/base/hdf5_file.hpp"
+
+namespace ocublast::solid {
+namespace {
+
+constexpr std::int64_t format_version = 1;
+constexpr const char* format_name = "ocublast-mesh";
+
+/// A dataset [n, width] or [n] (width 0); empty where it is absent.
+template <class T>
+std::vector<T> read_table(const Hdf5File& file, const std::string& where, const std::string& name,
+                          std::size_t width) {
+  if (!file.has(name)) return {};
+  std::vector<std::size_t> shape;
+  auto values = file.read<T>(name, &shape);
+  const bool fits = width == 0 ? shape.size() == 1 : shape.size() == 2 && shape[1] == width;
+  if (!fits && !values.empty())
+    throw CaseError(fmt::format("{}: {} has shape [{}], accepted [n{}]", where, name, fmt::join(shape, ", "),
+                                width == 0 ? "" : fmt::format(", {}", width)));
+  return values;
+}
+
+void check_format(const Hdf5File& file, const std::string& where) {
+  try {
+    const auto format = file.text_attribute("format");
+    const auto version = file.integer_attribute("version");
+    if (format != format_name || version != format_version)
+      throw CaseError(fmt::format("{}: format \"{}\" version {}, accepted \"{}\" version {}; make it with "
+                                  "cases/mesh", where, format, version, format_name, format_version));
+  } catch (const LinkError& error) {
+    throw CaseError(fmt::format("{}: not a mesh file of this program ({}); make it with cases/mesh", where,
+                                error.what()));
+  }
+}
+
+}  // namespace
+
+SolidMesh read_mesh(const std::filesystem::path& path) try {
+  const auto file = Hdf5File::open(path);
+  const std::string where = path.string();
+  check_format(file, where);
+  SolidMesh mesh;
+  mesh.nodes = read_table<double>(file, where, "nodes", 3);
+  mesh.hex8 = read_table<std::int32_t>(file, where, "cells/hex8", 8);
+  mesh.tet4 = read_table<std::int32_t>(file, where, "cells/tet4", 4);
+  mesh.hex_tissue = read_table<std::int32_t>(file, where, "tissue/hex8", 0);
+  mesh.tet_tissue = read_table<std::int32_t>(file, where, "tissue/tet4", 0);
+  if (file.has("tissues")) mesh.tissues = file.read_text("tissues");
+  for (const auto& name : file.list("node_sets"))
+    mesh.node_sets[name] = read_table<std::int32_t>(file, where, "node_sets/" + name, 0);
+  for (const auto& name : file.list("face_sets")) {
+    const auto flat = read_table<std::int32_t>(file, where, "face_sets/" + name, 4);
+    auto& facets = mesh.face_sets[name];
+    for (std::size_t f = 0; f + 3 < flat.size(); f += 4)
+      facets.push_back({flat[f], flat[f + 1], flat[f + 2], flat[f + 3]});
+  }
+  return mesh;
+} catch (const LinkError& error) {
+  throw CaseError(error.what());  // an unreadable mesh is the case's fault, not a partner's
+}
+
+void write_mesh(const std::filesystem::path& path, const SolidMesh& mesh) {
+  auto file = Hdf5File::create(path);
+  file.write_attribute("format", std::string(format_name));
+  file.write_attribute("version", format_version);
+  file.write("nodes", mesh.nodes, {mesh.n_nodes(), 3}, "m");
+  if (mesh.n_hex() > 0) {
+    file.write("cells/hex8", mesh.hex8, {mesh.n_hex(), 8}, "1");
+    file.write("tissue/hex8", mesh.hex_tissue, {mesh.n_hex()}, "1");
+  }
+  if (mesh.n_tet() > 0) {
+    file.write("cells/tet4", mesh.tet4, {mesh.n_tet(), 4}, "1");
+    file.write("tissue/tet4", mesh.tet_tissue, {mesh.n_tet()}, "1");
+  }
+  file.write_text("tissues", mesh.tissues);
+  for (const auto& [name, nodes] : mesh.node_sets) file.write("node_sets/" + name, nodes, {nodes.size()}, "1");
+  for (const auto& [name, facets] : mesh.face_sets) {
+    std::vector<std::int32_t> flat;
+    for (const auto& f : facets) flat.insert(flat.end(), f.begin(), f.end());
+    file.write("face_sets/" + name, flat, {facets.size(), 4}, "1");
+  }
+  file.close();
+}
+
+}  // namespace ocublast::solid

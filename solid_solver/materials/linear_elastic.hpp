@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+
+#include "solid_solver/materials/law.hpp"
+
+namespace ocublast::solid {
+
+/// Isotropic Hooke's law at small strain: sigma = K tr(eps) I + 2 G dev(eps), eps = sym(grad u). Not
+/// objective: for rotations and strains of a few per cent at most.
+struct LinearElastic {
+  static constexpr const char* name = "linear_elastic";
+  static constexpr bool finite_strain = false;
+  enum Constant { G, K, n_constants };
+  static constexpr std::array<LawConstant, n_constants> constants{{
+      {"shear_modulus_Pa", "Pa", "shear modulus G"}, {"bulk_modulus_Pa", "Pa", "bulk modulus K"}}};
+
+  [[nodiscard]] static ElasticModuli moduli(const double* c) { return {.shear = c[G], .bulk = c[K]}; }
+
+  template <class V>
+  OCU_LAW_INLINE V volumetric_stress(const V* c, V j) {
+    return c[K] * j;
+  }
+  template <class V>
+  OCU_LAW_INLINE void isochoric_stress(const V* c, const Gradient<V>& g, V P[9]) {
+    const V third = g.j * (1.0 / 3.0);
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k)
+        P[3 * i + k] = c[G] * (g.H[3 * i + k] + g.H[3 * k + i] - (i == k ? 2.0 * third : V{}));
+  }
+  OCU_LAW_INLINE double volumetric_energy(const double* c, double j) { return 0.5 * c[K] * j * j; }
+  OCU_LAW_INLINE double isochoric_energy(const double* c, const double H[9], double j) {
+    double sum = 0.0;
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) {
+        const double dev = 0.5 * (H[3 * i + k] + H[3 * k + i]) - (i == k ? j / 3.0 : 0.0);
+        sum += dev * dev;
+      }
+    return c[G] * sum;
+  }
+};
+
+}  // namespace ocublast::solid

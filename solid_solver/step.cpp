@@ -1,0 +1,331 @@
+#include "solid_solver/step.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "solid_solver/integrators/stable_step.hpp"
+
+namespace ocublast::solid {
+namespace {
+
+std::size_t index(std::int32_t n) { return static_cast<std::size_t>(n); }
+
+/// Damping ratio of the highest mode by linear bulk viscosity, over the coefficient: xi = omega c1 L /
+/// (2 c); measured limits of the meshes here give omega L / (2 c) of 0.85 to 1.25 (1/0.8 for cubes).
+constexpr double damping_of_highest_mode = 1.25;
+
+}  // namespace
+
+SolidRun::SolidRun(SolidSetup setup)
+    : setup_(std::move(setup)),
+      assembly_(std::make_unique<Assembly>(*setup_.mesh, setup_.materials, setup_.material_of_tissue,
+                                           setup_.assembly)),
+      state_(setup_.mesh->n_nodes()), residual_(4 * setup_.mesh->n_nodes()) {
+  build_inverse_mass();
+  const auto add_load = [&](const std::vector<Facet>& facets, Schedule schedule, bool coupled) {
+    Load load{.surface = FollowerPressure(*setup_.mesh, facets), .schedule = std::move(schedule), .coupled = coupled};
+    const std::size_t n = load.surface.nodes().size();
+    load.pressure.assign(n, 0.0);
+    load.forces.assign(3 * n, 0.0);
+    load.last_end.assign(n, 0.0);
+    loads_.push_back(std::move(load));
+  };
+  for (const auto& p : setup_.pressures) add_load(p.facets, p.pressure, false);
+  if (!setup_.interface.empty()) add_load(setup_.interface, {}, true);
+  for (const auto& s : setup_.springs) damper_forces_.emplace_back(3 * s.nodes.size(), 0.0);
+  for (const auto& p : setup_.prescribed) prescribed_residual_.emplace_back(p.nodes.size(), 0.0);
+  renew_stable_step();
+}
+
+void SolidRun::build_inverse_mass() {
+  const auto& mass = assembly_->nodal_mass();
+  inverse_mass_.assign(4 * mass.size(), 0.0);
+  for (std::size_t n = 0; n < mass.size(); ++n)
+    for (std::size_t i = 0; i < 3; ++i) inverse_mass_[4 * n + i] = 1.0 / mass[n];
+  for (const auto& f : setup_.fixed)
+    for (const auto n : f.nodes)
+      for (std::size_t i = 0; i < 3; ++i)
+        if (f.directions[i]) inverse_mass_[4 * index(n) + i] = 0.0;
+  for (const auto& p : setup_.prescribed)
+    for (const auto n : p.nodes) inverse_mass_[4 * index(n) + p.direction] = 0.0;
+}
+
+void SolidRun::renew_stable_step() {
+  transit_ = assembly_->smallest_transit(state_.displacement).first;
+  if (setup_.control.rule == StepControl::Rule::element) {
+    stable_step_ = setup_.control.element_factor * transit_;
+    return;
+  }
+  AlignedVector<double> moved(state_.displacement.size());
+  AlignedVector<double> back(moved.size());
+  // Product by a central difference of the forces: a tenth of a thousandth of the smallest length
+  // leaves an error of 1e-8 by curvature and 1e-11 by rounding.
+  const double length = transit_ * setup_.materials.front().sound_speed();
+  const auto product = [&](std::span<const double> x, std::span<double> y) {
+    double largest = 0.0;
+    for (const double value : x) largest = std::max(largest, std::abs(value));
+    const double eps = 1e-4 * length / largest;
+    for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = state_.displacement[i] - eps * x[i];
+    assembly_->compute_force(moved, back, 0.0);
+    for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = state_.displacement[i] + eps * x[i];
+    assembly_->compute_force(moved, y, 0.0);
+    for (std::size_t i = 0; i < y.size(); ++i) y[i] = (y[i] - back[i]) / (2.0 * eps);
+    for (const auto& s : setup_.springs)
+      for (std::size_t k = 0; k < s.nodes.size(); ++k)
+        for (std::size_t i = 0; i < 3; ++i) {
+          const std::size_t at = 4 * index(s.nodes[k]) + i;
+          y[at] += s.stiffness[k] * x[at];
+        }
+  };
+  const auto frequency = largest_frequency(inverse_mass_, product, setup_.control.lanczos_products);
+  omega_ = frequency.omega;
+  if (!(omega_ > 0.0) || !std::isfinite(omega_))
+    throw NumericsError(fmt::format("no largest frequency found at t = {:.6g} s (omega = {}): are all "
+                                    "nodes fixed, or is the state lost?", state_.time, omega_));
+  double damping = damping_of_highest_mode * setup_.assembly.viscosity.linear;
+  const auto& mass = assembly_->nodal_mass();
+  for (const auto& s : setup_.springs)  // dashpots: xi = c / (2 m omega)
+    for (std::size_t k = 0; k < s.nodes.size(); ++k)
+      damping = std::max(damping, 0.5 * s.damping[k] / (mass[index(s.nodes[k])] * omega_));
+  stable_step_ = setup_.control.safety * critical_step(omega_, damping);
+}
+
+void SolidRun::look_at_configuration() {
+  steps_since_look_ = 0;
+  const double now = assembly_->smallest_transit(state_.displacement).first;
+  if (std::abs(now / transit_ - 1.0) > setup_.control.shrink_limit) renew_stable_step();
+}
+
+void SolidRun::set_velocity(std::int32_t node, const std::array<double, 3>& velocity) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t at = 4 * index(node) + i;
+    if (inverse_mass_[at] == 0.0) continue;
+    sums_.initial += 0.5 * (velocity[i] * velocity[i] - state_.velocity[at] * state_.velocity[at]) / inverse_mass_[at];
+    state_.velocity[at] = velocity[i];
+    awake_ = awake_ || velocity[i] != 0.0;
+  }
+}
+
+bool SolidRun::disturbed(const Window& window) const {
+  if (!setup_.control.sleep) return true;
+  for (const double p : window.overpressure)
+    if (p != 0.0) return true;
+  const auto quiet = [&](const Schedule& s) { return s.zero_in(window.t_begin, window.t_end); };
+  for (const auto& load : loads_)
+    if (!load.coupled && !quiet(load.schedule)) return true;
+  for (const auto& p : setup_.prescribed)
+    if (!quiet(p.schedule)) return true;
+  return false;
+}
+
+std::uint32_t SolidRun::choose_steps(const Window& window) const {
+  const double length = window.t_end - window.t_begin;
+  // A window of n stable steps up to rounding takes n steps.
+  const double needed = std::max(1.0, std::ceil(length / stable_step_ * (1.0 - 1e-9)));
+  return std::max(window.steps, static_cast<std::uint32_t>(needed));
+}
+
+WindowResult SolidRun::advance(const Window& window) {
+  WindowResult result;
+  if (!awake_ && !disturbed(window)) {
+    state_.time = window.t_end;
+    sums_.steps_slept += choose_steps(window);
+    result.idle = true;
+    return result;
+  }
+  awake_ = true;
+  result.steps = choose_steps(window);
+  const double dt = (window.t_end - window.t_begin) / result.steps;
+  note_step_change(dt);
+  begin_window(window);
+  for (std::uint32_t k = 1; k <= result.steps; ++k) {
+    const StepTimes times{.t_old = state_.time,
+                          .t_new = k == result.steps ? window.t_end : window.t_begin + k * dt, .dt = dt};
+    predict(times);
+    impose_prescribed(times);
+    const auto report = assembly_->compute_force(state_.displacement, residual_, 1.0 / dt);
+    sums_.viscous += report.viscous_work;
+    if (report.bad) report_inverted(times.t_new);
+    apply_loads(window, times, result);
+    apply_springs(dt);
+    correct(dt);
+    finish_prescribed(times);
+    state_.time = times.t_new;
+  }
+  sums_.steps += result.steps;
+  steps_since_look_ += static_cast<int>(result.steps);
+  for (auto& load : loads_)
+    if (load.coupled) {
+      if (window.overpressure.empty())
+        std::fill(load.last_end.begin(), load.last_end.end(), 0.0);
+      else
+        load.last_end.assign(window.overpressure.begin(), window.overpressure.end());
+    }
+  if (steps_since_look_ >= setup_.control.check_every) look_at_configuration();
+  return result;
+}
+
+/// Loads that jump at the beginning of a window change the acceleration there.
+void SolidRun::begin_window(const Window& window) {
+  bool changed = false;
+  double square = 0.0;
+  for (auto& load : loads_) {
+    const auto before = load.pressure;
+    set_pressure(load, window, window.t_begin);
+    if (load.pressure == before) continue;
+    if (!changed) square = residual_square();
+    changed = true;
+    const auto old_forces = load.forces;
+    load.surface.compute_forces(state_.displacement, load.pressure, load.forces);
+    for (std::size_t v = 0; v < load.surface.nodes().size(); ++v)
+      for (std::size_t i = 0; i < 3; ++i)
+        residual_[4 * index(load.surface.nodes()[v]) + i] += old_forces[3 * v + i] - load.forces[3 * v + i];
+  }
+  if (!changed) return;
+  sums_.scheme_jumps += sums_.last_step * sums_.last_step / 8.0 * (residual_square() - square);
+  refresh_acceleration();
+}
+
+void SolidRun::refresh_acceleration() {
+  for (std::size_t i = 0; i < residual_.size(); ++i)
+    state_.acceleration[i] = -residual_[i] * inverse_mass_[i];
+}
+
+void SolidRun::set_pressure(Load& load, const Window& window, double t) {
+  if (!load.coupled) {
+    std::fill(load.pressure.begin(), load.pressure.end(), load.schedule.value(t));
+    return;
+  }
+  const double length = window.t_end - window.t_begin;
+  const double s = window.shape == InterfaceLoad::linear && t != window.t_end ? (t - window.t_begin) / length : 1.0;
+  for (std::size_t v = 0; v < load.pressure.size(); ++v) {
+    const double end = window.overpressure.empty() ? 0.0 : window.overpressure[v];
+    load.pressure[v] = s == 1.0 ? end : load.last_end[v] + s * (end - load.last_end[v]);
+  }
+}
+
+void SolidRun::predict(const StepTimes& times) {
+  const double dt = times.dt;
+  const double half = 0.5 * dt;
+  double* d = state_.displacement.data();
+  double* v = state_.velocity.data();
+  const double* a = state_.acceleration.data();
+  const std::size_t n = state_.displacement.size();
+#pragma omp parallel for schedule(static) num_threads(setup_.assembly.threads)
+  for (std::size_t i = 0; i < n; ++i) {
+    v[i] += half * a[i];
+    d[i] += dt * v[i];
+  }
+}
+
+void SolidRun::impose_prescribed(const StepTimes& times) {
+  for (const auto& p : setup_.prescribed) {
+    const double target = p.displacement(times.t_new);
+    for (const auto n : p.nodes) {
+      const std::size_t at = 4 * index(n) + p.direction;
+      const double before = p.displacement(times.t_old);
+      state_.velocity[at] = (target - before) / times.dt;
+      state_.displacement[at] = target;
+    }
+  }
+}
+
+void SolidRun::apply_loads(const Window& window, const StepTimes& times, WindowResult& result) {
+  for (auto& load : loads_) {
+    const auto old = load.forces;
+    set_pressure(load, window, times.t_new);
+    const bool loaded = std::any_of(load.pressure.begin(), load.pressure.end(), [](double p) { return p != 0.0; });
+    if (loaded)
+      load.surface.compute_forces(state_.displacement, load.pressure, load.forces);
+    else
+      std::fill(load.forces.begin(), load.forces.end(), 0.0);
+    double work = 0.0;
+    for (std::size_t v = 0; v < load.surface.nodes().size(); ++v)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t at = 4 * index(load.surface.nodes()[v]) + i;
+        residual_[at] -= load.forces[3 * v + i];
+        const double mean = 0.5 * (old[3 * v + i] + load.forces[3 * v + i]);
+        work += mean * state_.velocity[at] * times.dt;
+        if (load.coupled) result.interface_impulse[i] += mean * times.dt;
+      }
+    sums_.external += work;
+    if (load.coupled) result.interface_work += work;
+  }
+}
+
+void SolidRun::apply_springs(double dt) {
+  for (std::size_t s = 0; s < setup_.springs.size(); ++s) {
+    const auto& set = setup_.springs[s];
+    for (std::size_t k = 0; k < set.nodes.size(); ++k)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t at = 4 * index(set.nodes[k]) + i;
+        const double damper = set.damping[k] * state_.velocity[at];
+        residual_[at] += set.stiffness[k] * state_.displacement[at] + damper;
+        double& old = damper_forces_[s][3 * k + i];
+        sums_.damping += 0.5 * (old + damper) * state_.velocity[at] * dt;
+        old = damper;
+      }
+  }
+}
+
+void SolidRun::correct(double dt) {
+  const double half = 0.5 * dt;
+  double* v = state_.velocity.data();
+  double* a = state_.acceleration.data();
+  const double* r = residual_.data();
+  const double* m = inverse_mass_.data();
+  const std::size_t n = residual_.size();
+#pragma omp parallel for schedule(static) num_threads(setup_.assembly.threads)
+  for (std::size_t i = 0; i < n; ++i) {
+    a[i] = -r[i] * m[i];
+    v[i] += half * a[i];
+  }
+}
+
+void SolidRun::finish_prescribed(const StepTimes& times) {
+  for (std::size_t s = 0; s < setup_.prescribed.size(); ++s) {
+    const auto& p = setup_.prescribed[s];
+    const double before = p.velocity(times.t_old);
+    const double after = p.velocity(times.t_new);
+    for (std::size_t k = 0; k < p.nodes.size(); ++k) {
+      const std::size_t at = 4 * index(p.nodes[k]) + p.direction;
+      const double step = state_.velocity[at] * times.dt;
+      double& old = prescribed_residual_[s][k];
+      // What the support does: works against the residual and gives the node its kinetic energy.
+      sums_.external += 0.5 * (old + residual_[at]) * step +
+                        0.5 * assembly_->nodal_mass()[index(p.nodes[k])] * (after * after - before * before);
+      old = residual_[at];
+      state_.velocity[at] = after;
+    }
+  }
+}
+
+void SolidRun::note_step_change(double dt) {
+  const double old = sums_.last_step > 0.0 ? sums_.last_step : dt;
+  sums_.last_step = dt;
+  if (dt == old) return;
+  sums_.scheme_jumps += (dt * dt - old * old) / 8.0 * residual_square();
+}
+
+/// a.M a, N m/s^2, over the free directions.
+double SolidRun::residual_square() const {
+  double square = 0.0;
+  for (std::size_t i = 0; i < residual_.size(); ++i)
+    square += residual_[i] * residual_[i] * inverse_mass_[i];
+  return square;
+}
+
+void SolidRun::report_inverted(double time) {
+  const auto place = assembly_->find_worst(state_.displacement);
+  const bool hex = place.cell < mesh().n_hex();
+  throw NumericsError(fmt::format(
+      "{} {} of tissue {} inverted or lost at t = {:.9g} s: smallest J = {:.4g}, centre ({:.6g}, {:.6g}, {:.6g}) m, "
+      "step {:.3g} s (critical {:.3g} s); refine there, soften the load, or lower solid.integrator.safety",
+      hex ? "hex" : "tet", hex ? place.cell : place.cell - mesh().n_hex(), place.tissue, time, place.jacobian,
+      place.position[0], place.position[1], place.position[2], sums_.last_step, stable_step_));
+}
+
+}  // namespace ocublast::solid
