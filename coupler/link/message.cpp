@@ -258,6 +258,8 @@ std::uint64_t payload_bytes_expected(const Header& header) {
   return bytes;
 }
 
+std::string contract_text() { return proto::Header::descriptor()->file()->DebugString(); }
+
 std::string_view to_word(Kind kind) {
   switch (kind) {
     case Kind::hello: return "HELLO";

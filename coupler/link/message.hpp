@@ -92,6 +92,9 @@ struct Header {
 /// Length the payload must have by `fields` and the counts, bytes.
 [[nodiscard]] std::uint64_t payload_bytes_expected(const Header& header);
 
+/// The contract itself, the text of the schema's descriptor; recordings carry it.
+[[nodiscard]] std::string contract_text();
+
 [[nodiscard]] std::string_view to_word(Kind kind);
 [[nodiscard]] std::string_view to_word(Role role);
 

@@ -1,0 +1,192 @@
+#include "coupler/child.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <deque>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "coupler/link/message.hpp"
+
+namespace ocublast::coupler {
+
+std::string ProcessEnd::text() const {
+  if (signal != 0) return fmt::format("killed by signal {} ({})", signal, ::strsignal(signal));
+  switch (exit_code) {
+    case 0: return "ended with exit code 0 before the run was over";
+    case 2: return "ended with exit code 2 (case)";
+    case 3: return "ended with exit code 3 (link)";
+    case 4: return "ended with exit code 4 (numerics)";
+    default: return fmt::format("ended with exit code {}", exit_code);
+  }
+}
+
+namespace {
+
+/// What the new process does before it becomes the solver. Only async-signal-safe calls.
+[[noreturn]] void become(char* const* argv, char* const* envp, int log_fd, int report_fd,
+                         pid_t parent) {
+  ::setpgid(0, 0);
+  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (::getppid() != parent) ::_exit(1);  // the coupler died in between
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  ::dup2(log_fd, STDOUT_FILENO);
+  ::dup2(log_fd, STDERR_FILENO);
+  ::execvpe(argv[0], argv, envp);
+  const int error = errno;
+  static_cast<void>(!::write(report_fd, &error, sizeof error));
+  ::_exit(127);
+}
+
+std::vector<std::string> make_environment(
+    const std::vector<std::pair<std::string, std::string>>& added) {
+  std::vector<std::string> all;
+  for (char** at = environ; *at != nullptr; ++at) {
+    const std::string entry = *at;
+    bool replaced = false;
+    for (const auto& [name, value] : added) replaced = replaced || entry.starts_with(name + "=");
+    if (!replaced) all.push_back(entry);
+  }
+  for (const auto& [name, value] : added) all.push_back(name + "=" + value);
+  return all;
+}
+
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+  std::vector<char*> out;
+  for (auto& text : texts) out.push_back(text.data());
+  out.push_back(nullptr);
+  return out;
+}
+
+}  // namespace
+
+Child::Child(const Start& start) : role_(start.role), log_(start.log) {
+  std::filesystem::create_directories(start.log.parent_path());
+  const int log_fd = ::open(start.log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (log_fd < 0) throw LinkError(fmt::format("{}: cannot be created", start.log.string()));
+  int report[2];
+  if (::pipe2(report, O_CLOEXEC) != 0) throw LinkError("no pipe for a new process");
+  auto command = start.command;
+  auto environment = make_environment(start.environment);
+  const auto argv = pointers(command);
+  const auto envp = pointers(environment);
+  const pid_t parent = ::getpid();
+  pid_ = ::fork();
+  if (pid_ == 0) become(argv.data(), envp.data(), log_fd, report[1], parent);
+  ::close(log_fd);
+  ::close(report[1]);
+  int error = pid_ < 0 ? errno : 0;
+  if (pid_ > 0) static_cast<void>(!::read(report[0], &error, sizeof error));
+  ::close(report[0]);
+  if (error != 0) {
+    if (pid_ > 0) ::waitpid(pid_, nullptr, 0);
+    pid_ = -1;
+    throw LinkError(fmt::format("the {} side cannot be started: {}: {}", link::to_word(start.role),
+                                start.command.front(), std::strerror(error)));
+  }
+  pidfd_ = static_cast<int>(::syscall(SYS_pidfd_open, pid_, 0));
+  if (pidfd_ < 0) {
+    ::kill(-pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+    throw LinkError("this kernel has no pidfd (Linux 5.3 or later is needed)");
+  }
+}
+
+Child::Child(Child&& other) noexcept
+    : role_(other.role_), pid_(std::exchange(other.pid_, -1)),
+      pidfd_(std::exchange(other.pidfd_, -1)), log_(std::move(other.log_)), end_(other.end_) {}
+
+Child& Child::operator=(Child&& other) noexcept {
+  std::swap(role_, other.role_);
+  std::swap(pid_, other.pid_);
+  std::swap(pidfd_, other.pidfd_);
+  std::swap(log_, other.log_);
+  std::swap(end_, other.end_);
+  return *this;
+}
+
+Child::~Child() {
+  if (pid_ > 0) end(0.0);
+  if (pidfd_ >= 0) ::close(pidfd_);
+}
+
+std::optional<ProcessEnd> Child::ended() {
+  if (end_ || pid_ < 0) return end_;
+  int status = 0;
+  if (::waitpid(pid_, &status, WNOHANG) != pid_) return {};
+  end_ = WIFSIGNALED(status) ? ProcessEnd{-1, WTERMSIG(status)} : ProcessEnd{WEXITSTATUS(status), 0};
+  return end_;
+}
+
+std::optional<ProcessEnd> Child::wait(double limit) {
+  if (auto done = ended()) return done;
+  pollfd item{pidfd_, POLLIN, 0};
+  ::poll(&item, 1, static_cast<int>(1000.0 * limit));
+  return ended();
+}
+
+void Child::end(double patience) noexcept {
+  constexpr double term_patience = 0.5;
+  if (pid_ < 0) return;
+  if (!wait(patience)) {
+    ::kill(-pid_, SIGTERM);
+    ::kill(-pid_, SIGCONT);  // a stopped process must run to die
+    if (!wait(term_patience)) {
+      ::kill(-pid_, SIGKILL);
+      static_cast<void>(wait(5.0));
+    }
+  }
+  // What the solver itself started (mpirun's ranks) must not outlive it.
+  ::kill(-pid_, SIGKILL);
+  pid_ = -1;
+}
+
+std::vector<std::string> split_command(const std::string& command) {
+  std::vector<std::string> words;
+  bool inside = false;
+  char quote = '\0';
+  for (const char c : command) {
+    if (quote != '\0') {
+      if (c == quote) quote = '\0';
+      else words.back() += c;
+      continue;
+    }
+    if (c == ' ' || c == '\t') {
+      inside = false;
+      continue;
+    }
+    if (!inside) words.emplace_back();
+    inside = true;
+    if (c == '\'' || c == '"') quote = c;
+    else words.back() += c;
+  }
+  return words;
+}
+
+std::string tail_of(const std::filesystem::path& file, int lines) {
+  std::ifstream in(file);
+  std::deque<std::string> last;
+  std::string line;
+  while (std::getline(in, line)) {
+    last.push_back(line);
+    if (last.size() > static_cast<std::size_t>(lines)) last.pop_front();
+  }
+  std::string text;
+  for (const auto& l : last) text += "  | " + l + "\n";
+  return text;
+}
+
+}  // namespace ocublast::coupler

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+
+#include "coupler/partners.hpp"
+
+namespace ocublast::coupler {
+
+/// What is known once everybody is ready.
+struct Handshake {
+  link::Header mesh;                       ///< the solid's MESH
+  zmq::message_t mesh_payload;
+  std::array<link::Header, 2> ready;       ///< READY of flow and solid
+  std::shared_ptr<Incoming> solid_ready;   ///< with the initial motion, if the solid sent one
+  std::string flow_mesh_header;            ///< MESH as it was sent to the flow
+};
+
+/// HELLO -> WELCOME -> MESH -> READY with both participants, in any order, within `limit` [s].
+/// Mesh hashes must agree, both must stand at `window` and `time` [s].
+[[nodiscard]] Handshake shake_hands(Partners& partners, Server& server, double limit,
+                                    std::uint64_t window, double time);
+
+}  // namespace ocublast::coupler

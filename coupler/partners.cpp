@@ -1,0 +1,177 @@
+#include "coupler/partners.hpp"
+
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "coupler/link/payload.hpp"
+
+namespace ocublast::coupler {
+
+using link::Clock;
+using link::Kind;
+using link::Role;
+using link::to_word;
+
+namespace {
+
+/// A solver that gives up says so and ends; its last words may arrive after its death is seen.
+constexpr double last_words_patience = 0.05;
+/// A closed connection is usually a process about to end, whose exit code says more.
+constexpr double death_patience = 0.3;
+/// Time the others get to end by themselves after ABORT.
+constexpr double abort_patience = 1.0;
+constexpr double tick_every = 1.0;
+
+}  // namespace
+
+SignalWatch::SignalWatch() {
+  sigset_t wanted;
+  sigemptyset(&wanted);
+  sigaddset(&wanted, SIGINT);
+  sigaddset(&wanted, SIGTERM);
+  ::pthread_sigmask(SIG_BLOCK, &wanted, &before_);
+  fd_ = ::signalfd(-1, &wanted, SFD_CLOEXEC | SFD_NONBLOCK);
+  if (fd_ < 0) throw LinkError("no signalfd");
+}
+SignalWatch::~SignalWatch() {
+  ::close(fd_);
+  ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
+int SignalWatch::take() {
+  signalfd_siginfo info{};
+  int n = 0;
+  while (::read(fd_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) ++n;
+  return n;
+}
+
+Partners::Partners(Server& server, SignalWatch& signals, const Limits& limits,
+                   std::shared_ptr<spdlog::logger> log)
+    : server_(server), signals_(signals), limits_(limits), log_(std::move(log)) {}
+
+Child* Partners::child(Role role) {
+  for (Child& c : children_)
+    if (c.role() == role) return &c;
+  return nullptr;
+}
+
+std::filesystem::path Partners::log_of(Role role) const {
+  for (const Child& c : children_)
+    if (c.role() == role) return c.log();
+  return {};
+}
+
+void Partners::set_computing(Role role, bool computing) { computing_[index(role)] = computing; }
+
+void Partners::poll_once(Clock::time_point until) {
+  const auto items = server_.poll_items();
+  std::vector<zmq::pollitem_t> all(items.begin(), items.end());
+  all.push_back({nullptr, signals_.fd(), ZMQ_POLLIN, 0});
+  for (Child& c : children_)
+    if (!over_[index(c.role())]) all.push_back({nullptr, c.pidfd(), ZMQ_POLLIN, 0});
+  try {
+    zmq::poll(all.data(), all.size(), link::time_left(until));
+  } catch (const zmq::error_t& error) {
+    if (error.num() != EINTR) throw;
+  }
+  const int stops = signals_.take();
+  if (stops == 0) return;
+  stops_ += stops;
+  if (stops_ > 1) throw LinkError("stopped at once, as asked for twice");
+  log_->info("asked to stop: the window under way is finished first");
+}
+
+std::optional<Incoming> Partners::take() {
+  auto message = server_.take();
+  if (message && message->header.kind == Kind::abort)
+    throw PartnerFault(message->role, message->header.reason,
+                       std::clamp(static_cast<int>(message->header.exit_code), 1, 4));
+  return message;
+}
+
+void Partners::blame_end(Role role, const ProcessEnd& end) {
+  const auto deadline = Clock::now() + link::seconds(last_words_patience);
+  while (Clock::now() < deadline) {
+    const auto items = server_.poll_items();
+    std::array<zmq::pollitem_t, 2> both = items;
+    zmq::poll(both.data(), both.size(), link::time_left(deadline));
+    while (take()) continue;  // throws on its ABORT
+  }
+  const bool own_code = end.exit_code == 2 || end.exit_code == 4;
+  throw PartnerFault(role, end.text(), own_code ? end.exit_code : 3);
+}
+
+void Partners::check_lives() {
+  for (Child& c : children_)
+    if (!over_[index(c.role())])
+      if (const auto end = c.ended()) blame_end(c.role(), *end);
+  for (const Role role : {Role::flow, Role::solid}) {
+    if (over_[index(role)] || !server_.lost(role)) continue;
+    if (Child* c = child(role))
+      if (const auto end = c->wait(death_patience)) blame_end(role, *end);
+    throw PartnerFault(role, "closed its connection, or sent no heartbeat in time");
+  }
+}
+
+void Partners::keep_alive(const std::string& what) {
+  if (link::seconds_since(last_wait_) < 0.25 * limits_.silence) return;
+  last_wait_ = Clock::now();
+  for (const Role role : {Role::flow, Role::solid})
+    if (!computing_[index(role)] && !over_[index(role)]) server_.send_wait(role, what);
+}
+
+Incoming Partners::await(std::optional<Role> blame, const std::string& what, double limit) {
+  const auto begin = Clock::now();
+  const auto deadline = begin + link::seconds(limit);
+  while (true) {
+    if (auto message = take()) return std::move(*message);
+    check_lives();
+    if (Clock::now() >= deadline) {
+      const std::string text = fmt::format("{} was awaited in vain for {:.3g} s", what, link::seconds_since(begin));
+      if (blame) throw PartnerFault(*blame, text);
+      throw LinkError(text);
+    }
+    keep_alive(what);
+    if (tick_ && link::seconds_since(last_tick_) >= tick_every) {
+      last_tick_ = Clock::now();
+      tick_();
+    }
+    const double nap = std::min(tick_every, 0.25 * limits_.silence);
+    poll_once(std::min(deadline, Clock::now() + link::seconds(nap)));
+  }
+}
+
+Incoming Partners::await(Role role, Kind kind, const std::string& what, double limit) {
+  Incoming message = await(role, what, limit);
+  if (message.role != role || message.header.kind != kind)
+    throw PartnerFault(message.role, fmt::format("sent {} while {} of the {} side was awaited",
+                                                 to_word(message.header.kind), what, to_word(role)));
+  try {
+    link::check_payload(message.header, message.payload());
+  } catch (const LinkError& error) {
+    throw PartnerFault(role, error.what());
+  }
+  return message;
+}
+
+void Partners::end_all(const std::string& reason, int exit_code) noexcept {
+  server_.abort_all(reason, exit_code);
+  const auto begin = Clock::now();
+  for (Child& c : children_) c.end(std::max(0.0, abort_patience - link::seconds_since(begin)));
+}
+
+void Partners::await_children(double limit) {
+  const auto begin = Clock::now();
+  for (Child& c : children_) {
+    const auto end = c.wait(std::max(0.0, limit - link::seconds_since(begin)));
+    if (!end)
+      throw PartnerFault(c.role(), fmt::format("said BYE but did not end within {:.3g} s", limit));
+    if (end->signal != 0 || end->exit_code != 0) throw PartnerFault(c.role(), end->text());
+  }
+}
+
+}  // namespace ocublast::coupler

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <csignal>
+#include <functional>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coupler/child.hpp"
+#include "coupler/server.hpp"
+
+namespace ocublast::coupler {
+
+/// SIGINT and SIGTERM as something to poll instead of an interruption; blocked while this lives.
+class SignalWatch {
+ public:
+  SignalWatch();
+  ~SignalWatch();
+  SignalWatch(const SignalWatch&) = delete;
+  SignalWatch& operator=(const SignalWatch&) = delete;
+  [[nodiscard]] int fd() const { return fd_; }
+  /// Number of signals that arrived since the last call.
+  [[nodiscard]] int take();
+
+ private:
+  int fd_ = -1;
+  sigset_t before_{};
+};
+
+/// The participants as the coupler sees them: one place that waits for a message and, while it
+/// waits, notices death (pidfd), lost connections, silence, overlong steps and Ctrl-C.
+class Partners {
+ public:
+  struct Limits {
+    double silence = 60.0;  ///< s between two WAIT messages at most, divided by four
+    double step = 0.0;      ///< s of wall time for one window; 0: none
+  };
+  Partners(Server& server, SignalWatch& signals, const Limits& limits,
+           std::shared_ptr<spdlog::logger> log);
+
+  void start(const Child::Start& start) { children_.emplace_back(start); }
+  /// Called about once a second while waiting.
+  void set_tick(std::function<void()> tick) { tick_ = std::move(tick); }
+
+  /// Next message of any participant. Throws PartnerFault for ABORT, death, lost connection and
+  /// for `limit` [s] passed (blamed on `blame`). `what` names what is awaited.
+  [[nodiscard]] Incoming await(std::optional<link::Role> blame, const std::string& what, double limit);
+  /// Next message of `role`, which must be of `kind`; its payload is checked.
+  [[nodiscard]] Incoming await(link::Role role, link::Kind kind, const std::string& what,
+                               double limit);
+  /// Whether Ctrl-C or SIGTERM asked for an orderly end. A second one throws LinkError at once.
+  [[nodiscard]] bool stop_requested() const { return stops_ > 0; }
+
+  /// Participants that owe an answer are not sent WAIT (they would not read it).
+  void set_computing(link::Role role, bool computing);
+  void set_over(link::Role role) { over_[index(role)] = true; }  ///< BYE came: its end is no fault
+
+  /// Tells the others, gives them a second, then ends our own children.
+  void end_all(const std::string& reason, int exit_code) noexcept;
+  /// After BYE: waits until the children have ended by themselves; a nonzero exit code is a fault.
+  void await_children(double limit);
+  /// Log of a child, empty path if that side was not started by us.
+  [[nodiscard]] std::filesystem::path log_of(link::Role role) const;
+
+ private:
+  [[nodiscard]] static std::size_t index(link::Role role) { return role == link::Role::flow ? 0 : 1; }
+  [[nodiscard]] Child* child(link::Role role);
+  void poll_once(link::Clock::time_point until);
+  void check_lives();
+  [[noreturn]] void blame_end(link::Role role, const ProcessEnd& end);
+  [[nodiscard]] std::optional<Incoming> take();
+  void keep_alive(const std::string& what);
+
+  Server& server_;
+  SignalWatch& signals_;
+  Limits limits_;
+  std::shared_ptr<spdlog::logger> log_;
+  std::vector<Child> children_;
+  std::function<void()> tick_;
+  std::array<bool, 2> computing_{};
+  std::array<bool, 2> over_{};
+  int stops_ = 0;
+  link::Clock::time_point last_wait_ = link::Clock::now();
+  link::Clock::time_point last_tick_ = link::Clock::now();
+};
+
+}  // namespace ocublast::coupler

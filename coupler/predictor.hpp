@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+
+namespace ocublast::coupler {
+
+/// What is known of the wall at the end of the last window.
+struct WallHistory {
+  std::span<const double> position;           ///< [n,3] m, at t(n)
+  std::span<const double> velocity;           ///< [n,3] m/s, at t(n)
+  std::span<const double> velocity_before;    ///< [n,3] m/s, at t(n) - width_before
+  double width_before = 0.0;                  ///< s
+};
+
+/// Predicts the wall at the end of a window of `width` [s] into `position` and `velocity` [n,3].
+/// Order 0: frozen. Order 1: x + w v, v. Order 2: the acceleration of the last window goes on,
+///   a = (v(n) - v(n-1)) / w(n-1),  x* = x + w v + w^2 a / 2,  v* = v + w a,
+/// which for equal windows is x + w (3/2 v(n) - 1/2 v(n-1)) and 2 v(n) - v(n-1)
+/// (Piperno, Farhat, Larrouturou 1995, Comput. Methods Appl. Mech. Engrg. 124, generalised to
+/// windows of changing width).
+void predict_wall(const WallHistory& history, int order, double width, std::span<double> position,
+                  std::span<double> velocity) noexcept;
+
+}  // namespace ocublast::coupler

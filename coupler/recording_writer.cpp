@@ -1,0 +1,161 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "coupler/link/payload.hpp"
+#include "coupler/recording_format.hpp"
+
+namespace ocublast::coupler {
+namespace {
+
+/// Records are handed to the writing thread in portions of this size: one wake-up per portion.
+constexpr std::size_t portion_bytes = 1U << 20;
+/// More than this waiting for the disk stops the coupling until there is room.
+constexpr std::size_t most_queued_bytes = 256U << 20;
+/// Payloads up to this size are copied into the portion, larger ones shared.
+constexpr std::size_t copied_payload_bytes = 16U << 10;
+
+std::uint64_t monotonic_ns() {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                        std::chrono::steady_clock::now().time_since_epoch())
+                                        .count());
+}
+
+template <class T>
+void add_bytes(std::string& out, const T& value) {
+  out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+}  // namespace
+
+TrafficWriter::TrafficWriter(const std::filesystem::path& file,
+                             const TrafficDescription& description)
+    : file_(file), begin_ns_(monotonic_ns()) {
+  fd_ = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (fd_ < 0)
+    throw LinkError(fmt::format("{}: cannot be created: {}", file.string(), std::strerror(errno)));
+  const std::string text = traffic::to_text(description);
+  std::string begin(traffic::magic);
+  add_bytes(begin, static_cast<std::uint32_t>(text.size()));
+  begin += text;
+  offset_ = chunk_bytes_ = begin.size();
+  chunk_.push_back({std::move(begin), {}});
+  thread_ = std::thread([this] { write_chunks(); });
+}
+
+TrafficWriter::~TrafficWriter() {
+  try {
+    close();
+  } catch (const std::exception&) {
+    // Callers that must know call close() themselves.
+  }
+}
+
+std::uint64_t TrafficWriter::append(Direction direction, std::string_view header,
+                                    zmq::message_t& payload, std::optional<std::uint64_t> same_as) {
+  const std::uint64_t number = index_.size();
+  traffic::RecordHead head;
+  head.header_length = static_cast<std::uint32_t>(header.size());
+  head.payload_length = same_as ? 0 : payload.size();
+  head.number = number;
+  head.nanoseconds = monotonic_ns() - begin_ns_;
+  head.payload_of = same_as.value_or(number);
+  head.direction = static_cast<std::uint32_t>(direction);
+  head.checksum = traffic::record_checksum(head, header);
+  if (chunk_.empty() || chunk_.back().payload.size() > 0) chunk_.emplace_back();
+  std::string& bytes = chunk_.back().bytes;
+  add_bytes(bytes, head);
+  bytes += header;
+  if (head.payload_length > copied_payload_bytes)
+    chunk_.back().payload.copy(payload);
+  else if (head.payload_length > 0)
+    bytes.append(static_cast<const char*>(payload.data()), payload.size());
+  index_.push_back(offset_);
+  const std::size_t size = sizeof head + header.size() + head.payload_length;
+  offset_ += size;
+  chunk_bytes_ += size;
+  if (chunk_bytes_ >= portion_bytes) flush();
+  return number;
+}
+
+void TrafficWriter::flush() {
+  std::unique_lock lock(mutex_);
+  room_.wait(lock, [this] { return queued_bytes_ <= most_queued_bytes || !failure_.empty(); });
+  if (!failure_.empty()) throw LinkError(failure_);
+  if (chunk_.empty()) return;
+  queued_bytes_ += chunk_bytes_;
+  queue_.emplace_back(std::move(chunk_), chunk_bytes_);
+  chunk_.clear();
+  chunk_bytes_ = 0;
+  wake_.notify_one();
+}
+
+void TrafficWriter::write(const void* data, std::size_t size) {
+  const char* at = static_cast<const char*>(data);
+  while (size > 0) {
+    const ssize_t written = ::write(fd_, at, size);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      const std::lock_guard lock(mutex_);
+      if (failure_.empty())
+        failure_ = fmt::format("{}: the recording cannot be written: {}; free some space or set "
+                               "coupling.record = false", file_.string(), std::strerror(errno));
+      return;
+    }
+    at += written;
+    size -= static_cast<std::size_t>(written);
+  }
+}
+
+void TrafficWriter::write_chunks() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    wake_.wait(lock, [this] { return stop_ || !queue_.empty(); });
+    if (queue_.empty()) return;
+    auto [chunk, bytes] = std::move(queue_.front());
+    queue_.pop_front();
+    lock.unlock();
+    for (const Piece& piece : chunk) {
+      write(piece.bytes.data(), piece.bytes.size());
+      write(piece.payload.data(), piece.payload.size());
+    }
+    chunk.clear();
+    lock.lock();
+    queued_bytes_ -= bytes;
+    room_.notify_one();
+  }
+}
+
+void TrafficWriter::close() {
+  if (fd_ < 0) return;
+  try {
+    flush();
+  } catch (const LinkError&) {
+    // Reported below, after the thread has ended.
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+  traffic::Footer footer;
+  footer.count = index_.size();
+  footer.index_offset = offset_;
+  const auto index = std::as_bytes(std::span(index_));
+  footer.index_checksum = link::checksum(index);
+  if (failure_.empty()) write(index.data(), index.size());
+  if (failure_.empty()) write(&footer, sizeof footer);
+  if (::close(std::exchange(fd_, -1)) != 0 && failure_.empty())
+    failure_ = fmt::format("{}: could not be closed: {}", file_.string(), std::strerror(errno));
+  if (!failure_.empty()) throw LinkError(failure_);
+}
+
+}  // namespace ocublast::coupler

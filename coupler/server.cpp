@@ -1,0 +1,238 @@
+#include "coupler/server.hpp"
+
+#include <sys/stat.h>
+
+#include <cstring>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "coupler/link/payload.hpp"
+
+namespace ocublast::coupler {
+
+using link::Header;
+using link::Kind;
+using link::Role;
+using link::to_word;
+
+namespace {
+
+/// Time for the last words to leave the process.
+constexpr int farewell_linger_ms = 1000;
+/// Longest time a send waits for room in a queue that never holds more than a message or two.
+constexpr int send_limit_ms = 5000;
+
+}  // namespace
+
+Server::Server(const Setup& setup, std::shared_ptr<spdlog::logger> log)
+    : setup_(setup), log_(std::move(log)), socket_(context_, zmq::socket_type::router) {
+  if (setup.keys) {
+    guard_.emplace(context_, *setup.keys);
+    socket_.set(zmq::sockopt::curve_server, 1);
+    socket_.set(zmq::sockopt::curve_secretkey, setup.keys->own.secret_key);
+    socket_.set(zmq::sockopt::zap_domain, std::string("ocublast"));
+  }
+  link::set_common_options(socket_, setup.silence_limit);
+  socket_.set(zmq::sockopt::router_mandatory, 1);
+  socket_.set(zmq::sockopt::sndtimeo, send_limit_ms);
+  socket_.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(setup.max_message));
+  monitor_.emplace(context_, socket_, "coupler-connections", ZMQ_EVENT_DISCONNECTED);
+  const mode_t before = ::umask(077);
+  try {
+    socket_.bind(setup.endpoint);
+  } catch (const zmq::error_t& error) {
+    ::umask(before);
+    throw LinkError(fmt::format("cannot listen on {}: {}", setup.endpoint, error.what()));
+  }
+  ::umask(before);
+}
+
+std::string Server::endpoint() const { return socket_.get(zmq::sockopt::last_endpoint); }
+
+std::array<zmq::pollitem_t, 2> Server::poll_items() {
+  return {{{socket_.handle(), 0, ZMQ_POLLIN, 0}, {monitor_->handle().handle(), 0, ZMQ_POLLIN, 0}}};
+}
+
+void Server::watch_connections() {
+  // An event names a file descriptor. It must be looked at before any later message, because a
+  // descriptor is given to the next connection as soon as it is free.
+  while (const auto event = monitor_->next())
+    for (Peer& p : peers_)
+      if (p.admitted && p.fd == event->value) {
+        p.lost = true;
+        p.fd = -1;
+      }
+}
+
+std::optional<Incoming> Server::take() {
+  watch_connections();
+  do {
+    something_read_ = false;
+    if (auto message = receive()) return message;
+  } while (something_read_);
+  return {};
+}
+
+/// Reads one message. Nothing is returned for none and for strangers.
+std::optional<Incoming> Server::receive() {
+  zmq::message_t identity;
+  if (!socket_.recv(identity, zmq::recv_flags::dontwait)) return {};
+  something_read_ = true;
+  const std::string routing_id = identity.to_string();
+  Incoming in;
+  bool two_frames = identity.more() && socket_.recv(in.frames.header).has_value() &&
+                    in.frames.header.more() && socket_.recv(in.frames.payload).has_value();
+  zmq::message_t rest;
+  bool more = identity.more() && (two_frames ? in.frames.payload.more() : in.frames.header.more());
+  while (more) {  // a message is atomic: its other frames are here already
+    two_frames = false;
+    static_cast<void>(socket_.recv(rest));
+    more = rest.more();
+  }
+  Peer* known = nullptr;
+  for (const Role role : {Role::flow, Role::solid})
+    if (peer(role).admitted && peer(role).routing_id == routing_id) {
+      known = &peer(role);
+      in.role = role;
+    }
+  try {
+    if (!two_frames) throw LinkError("message refused: it has not two frames");
+    in.header = link::decode(in.frames.header_view());
+    if (known == nullptr) {
+      greet(routing_id, in.frames.header, in.header);
+      in.role = in.header.role;
+      return in;
+    }
+    if (in.header.run_id != setup_.run_id)
+      throw LinkError(fmt::format("message refused: of run {:016x}, this one is {:016x}",
+                                  in.header.run_id, setup_.run_id));
+    if (in.header.seq != known->received + 1)
+      throw LinkError(fmt::format("message refused: {} has number {}, expected {}",
+                                  to_word(in.header.kind), in.header.seq, known->received + 1));
+  } catch (const LinkError& error) {
+    if (known != nullptr) throw PartnerFault(in.role, error.what());
+    dismiss(routing_id, error.what());
+    return {};
+  }
+  ++known->received;
+  return in;
+}
+
+void Server::greet(const std::string& routing_id, const zmq::message_t& frame, const Header& hello) {
+  if (hello.kind != Kind::hello)
+    throw LinkError(fmt::format("message refused: {} before HELLO", to_word(hello.kind)));
+  if (hello.token != setup_.token)
+    throw LinkError("refused: the token is not that of this run; start solvers through the coupler, "
+                    "or give them its OCUBLAST_TOKEN");
+  const bool accepted = hello.role == Role::flow ? setup_.accepts_flow : setup_.accepts_solid;
+  if (!accepted)
+    throw LinkError(fmt::format("refused: the {} side is replayed in this run", to_word(hello.role)));
+  Peer& p = peer(hello.role);
+  if (p.admitted)
+    throw LinkError(fmt::format("refused: a {} participant is here already ({})",
+                                to_word(hello.role), p.program));
+  std::string mismatch;
+  if (hello.major != link::protocol_major)
+    mismatch = fmt::format("protocol {}.{} of {} does not fit protocol {}.{} of the coupler",
+                           hello.major, hello.minor, hello.program, link::protocol_major,
+                           link::protocol_minor);
+  else if (hello.case_hash != setup_.case_hash)
+    mismatch = fmt::format("case hash {:016x} of {} differs from {:016x} of the coupler: all sides "
+                           "must read the same case with the same --set", hello.case_hash,
+                           hello.program, setup_.case_hash);
+  else if (hello.seq != 1)
+    mismatch = fmt::format("HELLO has number {}, expected 1", hello.seq);
+  if (!mismatch.empty()) {
+    dismiss(routing_id, mismatch);
+    throw PartnerFault(hello.role, mismatch);
+  }
+  p = {.admitted = true, .routing_id = routing_id,
+       .fd = zmq_msg_get(frame.handle(), ZMQ_SRCFD),
+       .received = 1, .program = hello.program};
+  Header welcome;
+  welcome.kind = Kind::welcome;
+  welcome.silence_limit = setup_.silence_limit;
+  send(hello.role, std::move(welcome));
+  log_->info("{} is {}", to_word(hello.role), hello.program);
+}
+
+void Server::dismiss(const std::string& routing_id, const std::string& reason) {
+  log_->warn("a stranger was refused: {}", reason);
+  Header answer;
+  answer.kind = Kind::abort;
+  answer.run_id = 0;
+  answer.seq = 1;
+  answer.reason = reason;
+  answer.exit_code = static_cast<std::uint32_t>(ExitCode::link);
+  zmq::message_t nothing;
+  send_frames(routing_id, link::encode(answer), nothing, false);
+}
+
+/// False when the peer is gone or, without `wait`, its queue is full.
+bool Server::send_frames(const std::string& routing_id, std::string_view header,
+                         zmq::message_t& payload, bool wait) {
+  const auto flags = wait ? zmq::send_flags::none : zmq::send_flags::dontwait;
+  try {
+    if (!socket_.send(zmq::buffer(routing_id), zmq::send_flags::sndmore | flags)) return false;
+    socket_.send(zmq::buffer(header), zmq::send_flags::sndmore);
+    socket_.send(payload, zmq::send_flags::none);
+    return true;
+  } catch (const zmq::error_t&) {  // EHOSTUNREACH: the peer is gone
+    return false;
+  }
+}
+
+std::string Server::send(Role role, Header header, zmq::message_t& payload) {
+  Peer& p = peer(role);
+  header.run_id = setup_.run_id;
+  header.seq = p.sent + 1;
+  header.payload_bytes = payload.size();
+  if (header.payload_checksum == 0)
+    header.payload_checksum =
+        link::checksum({static_cast<const std::byte*>(payload.data()), payload.size()});
+  std::string bytes = link::encode(header);
+  if (!p.admitted || !send_frames(p.routing_id, bytes, payload, true))
+    throw PartnerFault(role, fmt::format("takes no {}: its connection is gone", to_word(header.kind)));
+  ++p.sent;
+  return bytes;
+}
+
+std::string Server::send(Role role, Header header) {
+  zmq::message_t nothing;
+  return send(role, std::move(header), nothing);
+}
+
+void Server::send_wait(Role role, const std::string& reason) {
+  Peer& p = peer(role);
+  if (!p.admitted || p.lost) return;
+  Header header;
+  header.kind = Kind::wait;
+  header.run_id = setup_.run_id;
+  header.seq = p.sent + 1;
+  header.reason = reason;
+  zmq::message_t nothing;
+  if (send_frames(p.routing_id, link::encode(header), nothing, false)) ++p.sent;
+}
+
+void Server::abort_all(const std::string& reason, int exit_code) noexcept {
+  try {
+    for (const Role role : {Role::flow, Role::solid}) {
+      Peer& p = peer(role);
+      if (!p.admitted || p.lost) continue;
+      Header header;
+      header.kind = Kind::abort;
+      header.run_id = setup_.run_id;
+      header.seq = ++p.sent;
+      header.reason = reason;
+      header.exit_code = static_cast<std::uint32_t>(exit_code);
+      zmq::message_t nothing;
+      send_frames(p.routing_id, link::encode(header), nothing, false);
+    }
+    socket_.set(zmq::sockopt::linger, farewell_linger_ms);
+  } catch (const std::exception& error) {
+    log_->warn("could not tell the participants that the run ends: {}", error.what());
+  }
+}
+
+}  // namespace ocublast::coupler

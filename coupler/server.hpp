@@ -1,0 +1,121 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <spdlog/logger.h>
+#include <zmq.hpp>
+
+#include "coupler/link/keys.hpp"
+#include "coupler/link/message.hpp"
+#include "coupler/link/socket.hpp"
+
+namespace ocublast::coupler {
+
+/// A participant is at fault: what it did, and with which exit code the run ends.
+struct PartnerFault : std::runtime_error {
+  PartnerFault(link::Role r, const std::string& what, int code = 3)
+      : std::runtime_error(what), role(r), exit_code(code) {}
+  link::Role role;
+  int exit_code;
+};
+
+/// A checked message of a participant.
+struct Incoming {
+  link::Role role = link::Role::flow;
+  link::Header header;
+  link::Frames frames;
+  std::vector<double> aside;  ///< holds the payload where the frame is not aligned
+
+  /// Payload aligned for doubles; valid until the message is moved.
+  [[nodiscard]] std::span<const std::byte> payload() {
+    return link::aligned_payload(frames.payload, aside);
+  }
+};
+
+/// Admits only the two keys of this run (ZeroMQ RFC 27), in a thread of its own.
+class KeyGuard {
+ public:
+  KeyGuard(zmq::context_t& context, const link::CouplerKeys& keys);
+
+ private:
+  zmq::socket_t socket_;
+  std::jthread thread_;  ///< last: ends before the socket
+};
+
+/// The coupler's socket: who is who, numbering, checks. Strangers and second instances are answered
+/// and forgotten; a fault of an admitted participant is thrown as PartnerFault.
+class Server {
+ public:
+  struct Setup {
+    std::string endpoint;
+    std::uint64_t run_id = 0;
+    std::string token;
+    std::uint64_t case_hash = 0;
+    double silence_limit = 60.0;                 ///< s
+    double max_message = 256e6;                  ///< bytes
+    std::optional<link::CouplerKeys> keys;       ///< for tcp
+    bool accepts_flow = true;
+    bool accepts_solid = true;
+  };
+  Server(const Setup& setup, std::shared_ptr<spdlog::logger> log);
+
+  /// The endpoint with a port chosen by the system filled in.
+  [[nodiscard]] std::string endpoint() const;
+  /// For a poll: the socket and the watch over its connections.
+  [[nodiscard]] std::array<zmq::pollitem_t, 2> poll_items();
+
+  /// Next message that is there now; a HELLO has been answered already. The payload is not checked
+  /// yet (see link::check_payload).
+  [[nodiscard]] std::optional<Incoming> take();
+  /// Sends header and payload; numbers, run id and checksum are filled in (the checksum only where
+  /// `payload_checksum` is 0). Returns the header frame as sent.
+  std::string send(link::Role role, link::Header header, zmq::message_t& payload);
+  std::string send(link::Role role, link::Header header);
+  /// Tells a participant that the coupler is alive; dropped when its queue is full.
+  void send_wait(link::Role role, const std::string& reason);
+  /// Tells both why the run ends; never throws.
+  void abort_all(const std::string& reason, int exit_code) noexcept;
+
+  [[nodiscard]] bool admitted(link::Role role) const { return peer(role).admitted; }
+  /// Whether the connection of an admitted participant was lost.
+  [[nodiscard]] bool lost(link::Role role) const { return peer(role).lost; }
+  [[nodiscard]] const std::string& program(link::Role role) const { return peer(role).program; }
+
+ private:
+  struct Peer {
+    bool admitted = false;
+    bool lost = false;
+    std::string routing_id;
+    int fd = -1;
+    std::uint64_t received = 0;
+    std::uint64_t sent = 0;
+    std::string program;
+  };
+  [[nodiscard]] Peer& peer(link::Role role) { return peers_[role == link::Role::flow ? 0 : 1]; }
+  [[nodiscard]] const Peer& peer(link::Role role) const {
+    return peers_[role == link::Role::flow ? 0 : 1];
+  }
+  void watch_connections();
+  [[nodiscard]] std::optional<Incoming> receive();
+  void greet(const std::string& routing_id, const zmq::message_t& frame, const link::Header& hello);
+  void dismiss(const std::string& routing_id, const std::string& reason);
+  bool send_frames(const std::string& routing_id, std::string_view header, zmq::message_t& payload,
+                   bool wait);
+
+  Setup setup_;
+  std::shared_ptr<spdlog::logger> log_;
+  zmq::context_t context_{1};
+  std::optional<KeyGuard> guard_;
+  zmq::socket_t socket_;
+  std::optional<link::ConnectionMonitor> monitor_;
+  std::array<Peer, 2> peers_;
+  bool something_read_ = false;
+};
+
+}  // namespace ocublast::coupler

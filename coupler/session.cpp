@@ -1,0 +1,421 @@
+#include "coupler/session.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "coupler/base/version.hpp"
+#include "coupler/handshake.hpp"
+#include "coupler/link/checkpoint_place.hpp"
+#include "coupler/link/payload.hpp"
+#include "coupler/recording.hpp"
+#include "coupler/socket_place.hpp"
+#include "coupler/solver_start.hpp"
+#include "coupler/window_exchange.hpp"
+#include "coupler/window_log.hpp"
+
+namespace ocublast::coupler {
+
+using link::Clock;
+using link::Header;
+using link::Kind;
+using link::Role;
+using link::to_word;
+
+namespace {
+
+/// Checkpoints kept; one more than needed, in case the last one turns out to be bad.
+constexpr int kept_checkpoints = 2;
+/// Recording and coupling.csv reach the disk at least this often, s.
+constexpr double flush_every = 1.0;
+
+class Session {
+ public:
+  Session(const RunOptions& options, const Settings& settings, std::shared_ptr<spdlog::logger> log);
+  [[nodiscard]] bool run();
+
+ private:
+  [[nodiscard]] bool run_checked();
+  void load_resume();
+  void start_solvers();
+  void shake();
+  void open_results();
+  void start_state(Handshake& hands);
+  void advance();
+  [[nodiscard]] int predictor_order(double width);
+  [[nodiscard]] bool checkpoint_due() const;
+  void write_checkpoint();
+  void finish();
+  void show_progress();
+  [[noreturn]] void fail(const std::string& text, int exit_code);
+  [[nodiscard]] std::string describe(const PartnerFault& fault) const;
+
+  RunOptions options_;
+  Settings settings_;
+  std::shared_ptr<spdlog::logger> log_;
+  Clock::time_point begin_ = Clock::now();
+  FileLock run_lock_;
+  SocketPlace place_;
+  SolverStart start_;
+  SignalWatch signals_;
+  Server server_;
+  Partners partners_;
+
+  std::optional<StoredState> resumed_;
+  CouplingState state_;
+  std::uint64_t mesh_hash_ = 0;
+  std::size_t n_vertices_ = 0;
+  TimeWindow window_;
+  std::string phase_ = "during the handshake";
+  std::optional<TrafficWriter> traffic_;
+  std::optional<WindowLog> rows_;
+  std::optional<WindowExchange> exchange_;
+  std::uint64_t last_checkpoint_window_ = 0;
+  double last_checkpoint_time_ = 0.0;
+  std::uint64_t first_window_ = 0;
+  double first_time_ = 0.0;
+  bool warned_theta_ = false;
+  WallTime wall_;
+  Clock::time_point windows_begin_ = Clock::now();
+  Clock::time_point last_flush_ = Clock::now();
+  Clock::time_point last_progress_{};
+  std::array<std::string, 2> status_;
+};
+
+FileLock lock_run(const std::filesystem::path& out) {
+  std::filesystem::create_directories(out / "log");
+  return {out / "log" / "coupler.lock",
+          fmt::format("{}: another coupler is running in this directory", out.string())};
+}
+
+Server::Setup server_setup(const Settings& settings, const SocketPlace& place,
+                           const SolverStart& start) {
+  return {.endpoint = place.endpoint(),
+          .run_id = link::make_run_id(),
+          .token = start.token(),
+          .case_hash = settings.case_hash,
+          .silence_limit = settings.silence_limit,
+          .max_message = 1e6 * settings.max_message,
+          .keys = start.coupler_keys()};
+}
+
+Session::Session(const RunOptions& options, const Settings& settings,
+                 std::shared_ptr<spdlog::logger> log)
+    : options_(options), settings_(settings), log_(std::move(log)), run_lock_(lock_run(options.out)),
+      place_(options.endpoint.empty() ? settings.endpoint : options.endpoint),
+      start_(options, place_.encrypted()),
+      server_(server_setup(settings, place_, start_), log_),
+      partners_(server_, signals_, {settings.silence_limit, settings.step_limit}, log_) {}
+
+void Session::load_resume() {
+  if (options_.resume.empty()) return;
+  const auto place = link::require_checkpoint(options_.resume);
+  resumed_ = read_state(place.directory);
+  state_ = resumed_->state;
+  window_.number = first_window_ = last_checkpoint_window_ = state_.window;
+  window_.t_end = first_time_ = last_checkpoint_time_ = state_.time;
+  if (resumed_->case_hash != settings_.case_hash)
+    throw CaseError(fmt::format("--resume {}: the checkpoint is of case {:016x}, this case is {:016x}; "
+                                "resume with the same case file and --set", options_.resume.string(),
+                                resumed_->case_hash, settings_.case_hash));
+  log_->info("resumed from {}: window {}, t = {} s", place.directory.string(), state_.window, state_.time);
+}
+
+void Session::start_solvers() {
+  if (options_.await) {
+    start_.announce(server_.endpoint(), settings_.silence_limit);
+    return;
+  }
+  for (const Role role : {Role::flow, Role::solid})
+    partners_.start(start_.child(role, server_.endpoint(), settings_.silence_limit));
+}
+
+void Session::start_state(Handshake& hands) {
+  const Header& ready = hands.solid_ready->header;
+  state_.stable_flow = hands.ready[0].stable_step;
+  state_.stable_solid = ready.stable_step;
+  const std::size_t n = 3 * n_vertices_;
+  const auto view = link::view_payload(ready, hands.solid_ready->payload());
+  if (view.position.empty()) {
+    const auto mesh = std::make_shared<link::InterfaceMesh>(link::mesh_from_payload(
+        hands.mesh, {static_cast<const std::byte*>(hands.mesh_payload.data()), hands.mesh_payload.size()}));
+    state_.position = {mesh, mesh->vertices};
+  } else {
+    state_.position = {hands.solid_ready, view.position};
+  }
+  state_.velocity = view.velocity.empty() ? SharedValues::from(std::vector<double>(n, 0.0))
+                                          : SharedValues{hands.solid_ready, view.velocity};
+  state_.solid_at_rest = ready.fields == 0;
+  state_.wall_current = ready.fields == 0;
+  if (view.acceleration.empty()) return;
+  // A velocity one second ago that makes the predictor's backward difference this acceleration.
+  std::vector<double> before(state_.velocity.values.begin(), state_.velocity.values.end());
+  for (std::size_t i = 0; i < n; ++i) before[i] -= view.acceleration[i];
+  state_.velocity_before = SharedValues::from(std::move(before));
+  state_.width_before = 1.0;
+}
+
+void Session::shake() {
+  Handshake hands = shake_hands(partners_, server_, settings_.start_limit, state_.window, state_.time);
+  mesh_hash_ = hands.mesh.mesh_hash;
+  n_vertices_ = hands.mesh.n_vertices;
+  if (resumed_) {
+    if (resumed_->mesh_hash != mesh_hash_)
+      throw PartnerFault(Role::solid, fmt::format("brings the interface mesh {:016x}, the checkpoint is "
+                                                  "of {:016x}", mesh_hash_, resumed_->mesh_hash));
+  } else {
+    start_state(hands);
+  }
+  open_results();
+  if (traffic_) {
+    const auto number = traffic_->append(Direction::from_solid, link::encode(hands.mesh), hands.mesh_payload);
+    traffic_->append(Direction::to_flow, hands.flow_mesh_header, hands.mesh_payload, number);
+    zmq::message_t nothing;
+    traffic_->append(Direction::from_flow, link::encode(hands.ready[0]), nothing);
+    traffic_->append(Direction::from_solid, hands.solid_ready->frames.header_view(),
+                     hands.solid_ready->frames.payload);
+  }
+  log_->info("ready: {} vertices, {} triangles, stable steps {} s (flow) and {} s (solid)", n_vertices_,
+             hands.mesh.n_triangles, state_.stable_flow, state_.stable_solid);
+}
+
+void Session::open_results() {
+  const bool same_run = resumed_.has_value();
+  rows_.emplace(options_.out / "coupling.csv", same_run ? state_.window : 0);
+  if (settings_.record) {
+    auto file = options_.out / "traffic.ocu";
+    if (same_run && std::filesystem::exists(file))
+      file = options_.out / fmt::format("traffic_{:08}.ocu", state_.window + 1);
+    traffic_.emplace(file, TrafficDescription{.program = fmt::format("coupler {}", version_text),
+                                              .case_name = settings_.common.name,
+                                              .case_hash = settings_.case_hash,
+                                              .mesh_hash = mesh_hash_,
+                                              .first_window = state_.window + 1});
+  }
+  exchange_.emplace(partners_, server_, settings_, n_vertices_, traffic_ ? &*traffic_ : nullptr);
+}
+
+/// Order the stability figure theta = Z w / M allows (moving walls: order 2 up to 0.02, 1 to 0.04).
+int Session::predictor_order(double width) {
+  if (state_.impedance <= 0.0 || state_.mass_per_area <= 0.0) return settings_.predictor_order;
+  const double theta = state_.impedance * width / state_.mass_per_area;
+  state_.theta_max = std::max(state_.theta_max, theta);
+  if (theta > settings_.theta_refuse && !settings_.allow_unstable)
+    throw NumericsError(fmt::format(
+        "window {}, t = {:.6g} s: theta = {:.3g} (gas impedance {:.4g} kg/(m^2 s) x window {:.3g} s / "
+        "solid mass per area {:.4g} kg/m^2) is above {:.3g}, where explicit coupling grows without "
+        "bound; use shorter windows (window = \"fixed\"), or coupling.allow_unstable = true",
+        window_.number, window_.t_begin, theta, state_.impedance, width, state_.mass_per_area,
+        settings_.theta_refuse));
+  if (theta <= settings_.theta_warn) return settings_.predictor_order;
+  if (!std::exchange(warned_theta_, true))
+    log_->warn("theta = {:.3g} is above {:.3g} from window {} (t = {:.6g} s) on: predictor of order 1",
+               theta, settings_.theta_warn, window_.number, window_.t_begin);
+  return std::min(settings_.predictor_order, 1);
+}
+
+void Session::advance() {
+  const auto begin = Clock::now();
+  window_ = next_window({.rule = settings_.window, .fixed_width = settings_.window_width,
+                         .max_solid_steps = settings_.max_solid_steps,
+                         .end_time = settings_.common.end_time},
+                        state_.window, state_.time, state_.stable_flow, state_.stable_solid);
+  const int order = predictor_order(window_.width());
+  const double theta = state_.mass_per_area > 0.0
+                           ? state_.impedance * window_.width() / state_.mass_per_area : 0.0;
+  const WindowReports reports = exchange_->advance(state_, window_, order);
+  const double elapsed = link::seconds_since(begin);
+  const double overhead = elapsed - reports.flow.compute_seconds - reports.solid.compute_seconds;
+  wall_.flow += reports.flow.compute_seconds;
+  wall_.solid += reports.solid.compute_seconds;
+  wall_.coupling += overhead;
+  wall_.overheads.push_back(static_cast<float>(overhead));
+  status_ = {reports.flow.status, reports.solid.status};
+  WindowRow row{.window = window_, .steps_solid = reports.solid.steps,
+                .work_flow = reports.flow.work, .work_solid = reports.solid.work,
+                .impulse_flow = reports.flow.impulse, .impulse_solid = reports.solid.impulse,
+                .energy_error = state_.balance.energy_error(), .theta = theta, .overhead = overhead};
+  row.window.steps_flow = reports.flow.steps;
+  rows_->add(row);
+  if (link::seconds_since(last_flush_) < flush_every) return;
+  last_flush_ = Clock::now();
+  rows_->flush();
+  if (traffic_) traffic_->flush();
+  show_progress();
+}
+
+bool Session::checkpoint_due() const {
+  const auto every_windows = static_cast<std::uint64_t>(settings_.checkpoint_every_windows);
+  if (every_windows > 0 && state_.window - last_checkpoint_window_ >= every_windows) return true;
+  // From fixed points in time, so that a resumed run checkpoints where the uninterrupted one does.
+  const double every = settings_.checkpoint_every;
+  return every > 0.0 && std::floor(state_.time / every) > std::floor(last_checkpoint_time_ / every);
+}
+
+void Session::write_checkpoint() {
+  phase_ = "while writing the checkpoint";
+  const auto directory = begin_checkpoint(options_.out, state_.window);
+  for (const Role role : {Role::flow, Role::solid}) {
+    Header header;
+    header.kind = Kind::checkpoint;
+    header.window = state_.window;
+    header.directory = directory.string();
+    server_.send(role, std::move(header));
+    partners_.set_computing(role, true);
+  }
+  write_state(directory, state_, settings_.case_hash, mesh_hash_);
+  std::array<bool, 2> done{};
+  while (!done[0] || !done[1]) {
+    const Role blame = done[0] ? Role::solid : Role::flow;
+    const Incoming answer = partners_.await(blame, "DONE", settings_.start_limit);
+    const std::size_t i = answer.role == Role::flow ? 0 : 1;
+    if (answer.header.kind != Kind::done || answer.header.window != state_.window || done[i])
+      throw PartnerFault(answer.role, fmt::format("sent {} while DONE was awaited",
+                                                  to_word(answer.header.kind)));
+    done[i] = true;
+    partners_.set_computing(answer.role, false);
+  }
+  complete_checkpoint(options_.out, state_.window, kept_checkpoints);
+  last_checkpoint_window_ = state_.window;
+  last_checkpoint_time_ = state_.time;
+  phase_ = "";
+  log_->info("checkpoint of window {} at t = {} s", state_.window, state_.time);
+}
+
+void Session::finish() {
+  phase_ = "during the farewell";
+  for (const Role role : {Role::flow, Role::solid}) {
+    Header header;
+    header.kind = Kind::finish;
+    header.window = state_.window;
+    server_.send(role, std::move(header));
+    partners_.set_computing(role, true);
+  }
+  std::array<bool, 2> bye{};
+  while (!bye[0] || !bye[1]) {
+    const Role blame = bye[0] ? Role::solid : Role::flow;
+    const Incoming answer = partners_.await(blame, "BYE", settings_.start_limit);
+    if (answer.header.kind != Kind::bye)
+      throw PartnerFault(answer.role, fmt::format("sent {} while BYE was awaited", to_word(answer.header.kind)));
+    bye[answer.role == Role::flow ? 0 : 1] = true;
+    partners_.set_over(answer.role);
+  }
+  partners_.await_children(settings_.start_limit);
+  wall_.total = link::seconds_since(begin_);
+  rows_->close();
+  if (traffic_) traffic_->close();
+  write_summary(options_.out / "coupling_summary.json",
+                {.time = state_.time, .windows = state_.window - first_window_,
+                 .theta_max = state_.theta_max, .balance = state_.balance, .wall = wall_});
+}
+
+void Session::show_progress() {
+  if (options_.quiet || !exchange_) return;
+  const double done = settings_.common.end_time > 0.0 ? state_.time / settings_.common.end_time : 1.0;
+  const double share = settings_.common.end_time > first_time_
+                           ? (state_.time - first_time_) / (settings_.common.end_time - first_time_) : 1.0;
+  const double spent = link::seconds_since(windows_begin_);
+  const std::string eta = share > 0.0 ? fmt::format("{:.0f} s left", spent * (1.0 - share) / share) : "";
+  std::string line = fmt::format("t {:.4e} s  window {}  {:.1f} %  {}  {:.0f} us/window", state_.time,
+                                 state_.window, 100.0 * done, eta, 1e6 * wall_.median_overhead());
+  for (const auto& text : status_)
+    if (!text.empty()) line += "  " + text;
+  if (::isatty(STDOUT_FILENO) != 0)
+    std::printf("\r\033[K%s", line.c_str());
+  else
+    std::printf("%s\n", line.c_str());
+  std::fflush(stdout);
+}
+
+std::string Session::describe(const PartnerFault& fault) const {
+  const std::string& program = server_.program(fault.role);
+  const std::string who = program.empty() ? std::string(to_word(fault.role))
+                                          : fmt::format("{} ({})", to_word(fault.role), program);
+  const bool in_window = window_.number > state_.window;
+  const std::string when =
+      !phase_.empty() ? phase_
+      : in_window     ? fmt::format("in window {} (t = {:.6g} s to {:.6g} s)", window_.number,
+                                    window_.t_begin, window_.t_end)
+                      : fmt::format("after window {} (t = {:.6g} s)", state_.window, state_.time);
+  const auto log = partners_.log_of(fault.role);
+  std::string text = fmt::format("{} failed {}, {:.1f} s after the start: {}", who, when,
+                                 link::seconds_since(begin_), fault.what());
+  if (!log.empty()) text += fmt::format("; its log: {}", log.string());
+  return text;
+}
+
+void Session::fail(const std::string& text, int exit_code) {
+  if (::isatty(STDOUT_FILENO) != 0 && !options_.quiet) std::printf("\n");
+  log_->info("the run ends: {}", text);
+  partners_.end_all(text.substr(0, text.find('\n')), exit_code);
+  try {
+    if (rows_) rows_->close();
+    if (traffic_) traffic_->close();
+  } catch (const LinkError& error) {
+    log_->warn("{}", error.what());
+  }
+  switch (exit_code) {
+    case 2: throw CaseError(text);
+    case 4: throw NumericsError(text);
+    default: throw LinkError(text);
+  }
+}
+
+bool Session::run() {
+  constexpr int log_lines = 15;
+  try {
+    return run_checked();
+  } catch (const PartnerFault& fault) {
+    std::string text = describe(fault);
+    const auto log = partners_.log_of(fault.role);
+    const std::string tail = log.empty() ? std::string() : tail_of(log, log_lines);
+    if (!tail.empty()) text += "\n" + tail.substr(0, tail.size() - 1);
+    fail(text, fault.exit_code);
+  } catch (const CaseError& error) {
+    fail(error.what(), 2);
+  } catch (const NumericsError& error) {
+    fail(error.what(), 4);
+  } catch (const std::exception& error) {
+    fail(error.what(), 3);
+  }
+}
+
+bool Session::run_checked() {
+  load_resume();
+  start_solvers();
+  shake();
+  wall_.set_up = link::seconds_since(begin_);
+  windows_begin_ = Clock::now();
+  phase_ = "";
+  partners_.set_tick([this] { show_progress(); });
+  while (state_.time < settings_.common.end_time && !partners_.stop_requested()) {
+    advance();
+    if (checkpoint_due() && state_.time < settings_.common.end_time) write_checkpoint();
+  }
+  const bool stopped = state_.time < settings_.common.end_time;
+  if (stopped && last_checkpoint_window_ != state_.window) write_checkpoint();
+  finish();
+  if (!options_.quiet) {
+    show_progress();
+    if (::isatty(STDOUT_FILENO) != 0) std::printf("\n");
+  }
+  if (stopped)
+    log_->warn("stopped at window {}, t = {:.6g} s, as asked; --resume {} goes on from there",
+               state_.window, state_.time, options_.out.string());
+  return !stopped;
+}
+
+}  // namespace
+
+bool run_coupled(const RunOptions& options, const Settings& settings,
+                 const std::shared_ptr<spdlog::logger>& log) {
+  return Session(options, settings, log).run();
+}
+
+}  // namespace ocublast::coupler

@@ -1,0 +1,117 @@
+#include "coupler/window_log.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <string>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "coupler/base/errors.hpp"
+
+namespace ocublast::coupler {
+namespace {
+
+constexpr const char* columns =
+    "time_s,window,steps_flow,steps_solid,work_flow_J,work_solid_J,"
+    "impulse_flow_x_N_s,impulse_flow_y_N_s,impulse_flow_z_N_s,"
+    "impulse_solid_x_N_s,impulse_solid_y_N_s,impulse_solid_z_N_s,"
+    "energy_error_J,theta,overhead_us\n";
+
+std::string rows_up_to(const std::filesystem::path& file, std::uint64_t last_window) {
+  std::ifstream in(file);
+  std::string line;
+  std::string kept;
+  std::getline(in, line);
+  while (std::getline(in, line)) {
+    const auto comma = line.find(',');
+    if (comma == std::string::npos) break;
+    if (std::strtoull(line.c_str() + comma + 1, nullptr, 10) > last_window) break;
+    kept += line + "\n";
+  }
+  return kept;
+}
+
+}  // namespace
+
+WindowLog::WindowLog(const std::filesystem::path& file, std::uint64_t last_window) : file_(file) {
+  const std::string kept = last_window > 0 ? rows_up_to(file, last_window) : std::string();
+  out_ = std::fopen(file.c_str(), "w");
+  if (out_ == nullptr) throw LinkError(fmt::format("{}: cannot be created", file.string()));
+  std::fputs(columns, out_);
+  std::fputs(kept.c_str(), out_);
+}
+
+WindowLog::~WindowLog() {
+  if (out_ != nullptr) std::fclose(out_);
+}
+
+void WindowLog::add(const WindowRow& row) {
+  // The shortest digits that read back as the same double: two runs can be compared exactly.
+  const auto line = fmt::format(
+      "{},{},{},{},{},{},{},{},{},{},{},{},{},{:.4g},{:.1f}\n", row.window.t_end, row.window.number,
+      row.window.steps_flow, row.steps_solid, row.work_flow, row.work_solid, row.impulse_flow[0],
+      row.impulse_flow[1], row.impulse_flow[2], row.impulse_solid[0], row.impulse_solid[1],
+      row.impulse_solid[2], row.energy_error, row.theta, 1e6 * row.overhead);
+  std::fputs(line.c_str(), out_);
+}
+
+void WindowLog::flush() { std::fflush(out_); }
+
+void WindowLog::close() {
+  if (out_ == nullptr) return;
+  const bool bad = std::ferror(out_) != 0;
+  const bool failed = std::fclose(out_) != 0;
+  out_ = nullptr;
+  if (bad || failed)
+    throw LinkError(fmt::format("{}: could not be written to the end; is the disk full?", file_.string()));
+}
+
+double WallTime::median_overhead() const {
+  if (overheads.empty()) return 0.0;
+  auto sorted = overheads;
+  const auto middle = sorted.begin() + static_cast<long>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return static_cast<double>(*middle);
+}
+
+namespace {
+
+nlohmann::json quantity(const char* name, double value, const char* unit) {
+  return {{"name", name}, {"value", value}, {"unit", unit}};
+}
+
+}  // namespace
+
+void write_summary(const std::filesystem::path& file, const CouplingSummary& s) {
+  const Balance& b = s.balance;
+  nlohmann::json quantities = nlohmann::json::array();
+  quantities.push_back(quantity("interface_work_flow", b.work_flow, "J"));
+  quantities.push_back(quantity("interface_work_solid", b.work_solid, "J"));
+  quantities.push_back(quantity("interface_energy_error", b.energy_error(), "J"));
+  quantities.push_back(quantity("interface_energy_error_relative", b.relative_energy_error(), "1"));
+  const char* axes[3] = {"x", "y", "z"};
+  for (std::size_t k = 0; k < 3; ++k) {
+    quantities.push_back(quantity(fmt::format("interface_impulse_flow_{}", axes[k]).c_str(), b.impulse_flow[k], "N s"));
+    quantities.push_back(quantity(fmt::format("interface_impulse_solid_{}", axes[k]).c_str(), b.impulse_solid[k], "N s"));
+  }
+  quantities.push_back(quantity("coupling_theta_max", s.theta_max, "1"));
+  const nlohmann::json summary{
+      {"time_s", s.time},
+      {"quantities", quantities},
+      {"performance",
+       {{"windows", s.windows},
+        {"microseconds_per_window", 1e6 * s.wall.median_overhead()},
+        {"wall_s",
+         {{"total", s.wall.total}, {"set_up", s.wall.set_up}, {"flow", s.wall.flow},
+          {"solid", s.wall.solid}, {"coupling", s.wall.coupling}}}}}};
+  auto aside = file;
+  aside += ".part";
+  std::ofstream out(aside, std::ios::trunc);
+  out << summary.dump(2) << '\n';
+  out.close();
+  if (!out) throw LinkError(fmt::format("{}: cannot be written; is the disk full?", file.string()));
+  std::filesystem::rename(aside, file);
+}
+
+}  // namespace ocublast::coupler
