@@ -1,0 +1,149 @@
+// Toy solid side: a piston of mass M on a spring K (both per area), velocity Verlet with the load
+// linear (or constant) in a window. Second order. At the end it writes its largest errors against
+// the exact solution to OUT/spring_errors.txt and its whole history to OUT/spring_history.txt.
+#include "coupler_toy.hpp"
+
+#include <fmt/format.h>
+
+namespace {
+
+using ocublast::link::LoadShape;
+using ocublast::link::Order;
+
+struct Keys {
+  double mass = 5.0;
+  double stable_step = 0.01;
+  std::int64_t vertices = 2;
+  toy::Fault fault;
+};
+
+struct Errors {
+  double position = 0.0, velocity = 0.0, pressure = 0.0;
+};
+
+struct Piston {
+  double d = 0.0;                      ///< m
+  double v = toy::exact_velocity(0.0); ///< m/s
+  double p = 0.0;                      ///< Pa, load at the end of the last window
+  double time = 0.0;                   ///< s
+};
+
+double advance(Piston& s, const Order& order, double p_end, double mass) {
+  const double w = order.t_end - order.t_begin;
+  const double dt = w / order.steps;
+  const double K = toy::spring(mass);
+  const double p_begin = order.load_shape == LoadShape::linear ? s.p : p_end;
+  double work = 0.0;
+  for (std::uint32_t k = 0; k < order.steps; ++k) {
+    const double p_a = p_begin + (p_end - p_begin) * k / order.steps;
+    const double p_b = p_begin + (p_end - p_begin) * (k + 1) / order.steps;
+    const double v_half = s.v + 0.5 * dt * (p_a - K * s.d) / mass;
+    const double d_before = s.d;
+    s.d += dt * v_half;
+    s.v = v_half + 0.5 * dt * (p_b - K * s.d) / mass;
+    work += 0.5 * (p_a + p_b) * (s.d - d_before);
+  }
+  s.p = p_end;
+  s.time = order.t_end;
+  return work;
+}
+
+void note_errors(Errors& worst, const Piston& s) {
+  const double d_scale = toy::amplitude * std::sin(toy::wave_phase);
+  const double p_scale = toy::rho * toy::sound_speed() * toy::omega() * toy::amplitude * std::cos(toy::wave_phase);
+  worst.position = std::max(worst.position, std::abs(s.d - toy::exact_displacement(s.time)) / d_scale);
+  worst.velocity = std::max(worst.velocity, std::abs(s.v - toy::exact_velocity(s.time)) / (d_scale * toy::omega()));
+  worst.pressure = std::max(worst.pressure, std::abs(s.p - toy::exact_overpressure(s.time)) / p_scale);
+}
+
+void fill(std::vector<double>& x, std::vector<double>& v, const ocublast::link::InterfaceMesh& mesh, const Piston& s) {
+  for (std::size_t i = 0; i < x.size(); i += 3) {
+    x[i] = mesh.vertices[i] + s.d;
+    x[i + 1] = mesh.vertices[i + 1];
+    x[i + 2] = mesh.vertices[i + 2];
+    v[i] = s.v;
+  }
+}
+
+int run(const ocublast::CommandLine& line) {
+  ocublast::CaseReader reader(line.source);
+  static_cast<void>(ocublast::read_case_common(reader));
+  auto section = reader.section("solid", "toy piston on a spring");
+  Keys keys;
+  section.real("mass_kg_m2", keys.mass, {.unit = "kg/m^2", .min = 0.0, .above_min = true, .help = "piston"});
+  section.real("stable_step_s", keys.stable_step, {.unit = "s", .min = 0.0, .above_min = true, .help = "step"});
+  section.integer("vertices", keys.vertices, {.min = 2, .help = "vertices along an edge of the face"});
+  keys.fault.declare(section);
+  reader.finish();
+  if (line.check_only) return 0;
+  const std::uint64_t hash = reader.hash() + (keys.fault.kind == "case_hash" ? 1 : 0);
+  auto connection = ocublast::link::connection_from_environment(ocublast::link::Role::solid, "spring 1", hash);
+  if (keys.fault.kind == "token") connection.token += "x";
+  if (keys.fault.kind == "absent") std::this_thread::sleep_for(std::chrono::hours(1));
+  if (keys.fault.kind == "early") return 1;
+  ocublast::link::Participant coupler(connection);
+  const auto mesh = toy::make_face(keys.vertices);
+  keys.fault.happen(0, coupler);
+  coupler.send_mesh(mesh);
+  Piston piston;
+  std::uint64_t window = 0;
+  if (!line.resume.empty()) {
+    const auto place = ocublast::link::require_checkpoint(line.resume);
+    const auto all = toy::read_doubles(place.directory / "solid.state");
+    piston = {all[0], all[1], all[2], all[3]};
+    window = place.window;
+  }
+  std::vector<double> x(mesh.vertices.size()), v(mesh.vertices.size(), 0.0);
+  fill(x, v, mesh, piston);
+  ocublast::link::InitialMotion motion;
+  if (window == 0) motion.velocity = v;
+  coupler.ready(keys.stable_step, window, piston.time, motion);
+  Errors worst;
+  std::string history;
+  for (auto order = coupler.next(); order.kind != Order::Kind::finish; order = coupler.next()) {
+    if (order.kind == Order::Kind::checkpoint) {
+      toy::write_doubles(order.checkpoint / "solid.state", {piston.d, piston.v, piston.p, piston.time});
+      coupler.checkpoint_written();
+      continue;
+    }
+    keys.fault.happen(order.window, coupler);
+    const auto begin = std::chrono::steady_clock::now();
+    double p = 0.0;
+    for (const double value : order.overpressure) p += value;
+    if (!order.overpressure.empty()) p /= static_cast<double>(order.overpressure.size());
+    const double before = piston.p;
+    ocublast::link::Report report;
+    report.work = advance(piston, order, p, keys.mass);
+    report.impulse = {0.5 * (before + p) * (order.t_end - order.t_begin), 0.0, 0.0};
+    note_errors(worst, piston);
+    fill(x, v, mesh, piston);
+    history += fmt::format("{} {} {} {} {}\n", order.window, piston.time, piston.d, piston.v, piston.p);
+    report.position = x;
+    report.velocity = v;
+    report.stable_step = keys.stable_step;
+    report.steps_taken = order.steps;
+    report.mass_per_area = keys.mass;
+    report.compute_seconds = toy::seconds_since(begin);
+    if (keys.fault.is("nan", order.window)) v[4] = std::numeric_limits<double>::infinity();
+    if (keys.fault.is("size", order.window)) report.position = report.position.first(3);
+    coupler.send(report);
+  }
+  if (!line.out.empty()) {
+    std::ofstream(line.out / "spring_errors.txt")
+        << fmt::format("{} {} {}\n", worst.position, worst.velocity, worst.pressure);
+    std::ofstream(line.out / "spring_history.txt") << history;
+  }
+  coupler.goodbye();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const auto line = ocublast::parse_command_line(argc, argv, "spring", "toy solid side");
+    return line ? run(*line) : 0;
+  } catch (...) {
+    return ocublast::report_current_exception("spring");
+  }
+}
