@@ -106,6 +106,25 @@ bool FluidNodes::usable(const NodeIndex& node, const Vec3& point, const Vec3& no
   return from == nullptr || visible(*from, source);
 }
 
+bool FluidNodes::nearest_in_front(const Vec3& x, const Vec3& point, const Vec3& normal,
+                                  NodeIndex& node) const {
+  const NodeIndex base = cell(x);
+  double nearest = HUGE_VAL;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    NodeIndex at = base;
+    for (std::size_t a = 0; a < 3; ++a) {
+      at[a] += grid_.axis[a].present ? static_cast<int>(corner >> a & 1U) : 0;
+    }
+    NodeIndex source = at;
+    if (!mirrored(source) || source != at || !is_fluid(at)) continue;
+    const double distance = dot(place(at) - point, normal);
+    if (distance < 0.0 || distance >= nearest) continue;
+    nearest = distance;
+    node = at;
+  }
+  return nearest < HUGE_VAL;
+}
+
 double FluidNodes::weigh(const Vec3& x, const Vec3& point, const Vec3& normal,
                          const NodeIndex* from, double least, Stencil& stencil) const {
   Stencil found;

@@ -31,8 +31,11 @@ struct Sample {
 class FluidNodes {
  public:
   FluidNodes(const Grid& grid, const std::vector<std::uint8_t>& tag,
-             const std::vector<std::uint8_t>& thin_cut)
-      : grid_(grid), tag_(tag), thin_cut_(thin_cut) {}
+             const std::vector<std::uint8_t>& thin_cut, bool narrow_gaps = false)
+      : grid_(grid), tag_(tag), thin_cut_(thin_cut), narrow_gaps_(narrow_gaps) {}
+
+  /// Do thin bodies stand so close together that a wall's neighbour nodes may lie behind another?
+  [[nodiscard]] bool narrow_gaps() const { return narrow_gaps_; }
 
   /// Multilinear weights at x over the fluid nodes in front of the plane (point, normal) that are
   /// reached from node `from` without passing a body (null: not asked), renormalised. Returns the
@@ -43,6 +46,9 @@ class FluidNodes {
   /// fluid node is in reach farther out, then closer, at last the end node itself.
   [[nodiscard]] Stencil image(const Foot& foot, const NodeIndex& end_node) const;
 
+  /// Fluid node in front of the plane nearest to it, among those around x; false: none.
+  [[nodiscard]] bool nearest_in_front(const Vec3& x, const Vec3& point, const Vec3& normal,
+                                      NodeIndex& node) const;
   /// Node spacing [m] met along direction `normal` at a node.
   [[nodiscard]] double spacing(const Vec3& normal, const NodeIndex& node) const;
   [[nodiscard]] Vec3 place(const NodeIndex& node) const;
@@ -65,6 +71,7 @@ class FluidNodes {
   const Grid& grid_;
   const std::vector<std::uint8_t>& tag_;
   const std::vector<std::uint8_t>& thin_cut_;
+  bool narrow_gaps_;
 };
 
 /// Interpolated state of W; pressure and temperature are interpolated, density follows.

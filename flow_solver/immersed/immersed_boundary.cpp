@@ -48,7 +48,11 @@ struct ImmersedBoundary::State {
         bodies(grid, std::move(b), o.smooth_below_degrees), thickness(bodies.size()) {}
 
   [[nodiscard]] FluidNodes nodes() const {
-    return {grid, topology.cut.tag, topology.cut.thin_cut};
+    const CutGrid& cut = topology.cut;
+    // Behind a thin body, less than a few cells away, lie nodes that are not this wall's gas.
+    constexpr double narrow = 4.0;
+    const bool narrow_gaps = cut.n_thin > 0 && cut.smallest_gap > 0.0 && cut.smallest_gap < narrow;
+    return {grid, cut.tag, cut.thin_cut, narrow_gaps};
   }
   [[nodiscard]] WallState wall_state(const Foot& foot) const;
   void fill_ghosts(int axis, FieldsView<double> W);
@@ -176,7 +180,7 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
   }
   s.bodies.update_search(stale_share * s.h_min);
   Topology old = std::exchange(s.topology, Topology{});
-  s.topology = make_topology(s.grid, s.bodies, s.options.gap_block, old);
+  s.topology = make_topology(s.grid, s.bodies, s.options, old);
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     if (s.bodies[b].body.moves) s.thickness[b].update(s.bodies[b], s.h_min);
   }

@@ -50,11 +50,16 @@ struct TopologyReport {
 };
 
 struct ImmersedOptions {
+  /// Faces of the domain (x low, x high, y low, ..) that count as walls in the gap rule: a body may
+  /// come to rest on them.
+  std::array<bool, 6> domain_wall{};
   double gap_block = 1.0;                 ///< cells; segments between walls narrower than this are body
   double smooth_below_degrees = 35.0;     ///< normals are interpolated across edges flatter than this
 };
 
-/// Bodies immersed in a Cartesian grid: tags, cut lines, ghost states, surface pressure.
+/// Bodies immersed in a Cartesian grid: tags, cut lines, ghost states, surface pressure. Works with
+/// as many threads as OpenMP gives a parallel region (omp_set_num_threads); results do not depend on
+/// their number.
 /// One step of the flow solver: move_to(t of the stage) and compute_ghosts(W) before each stage,
 /// with the topology frozen; after the step move_to(t_end) and update_topology(W).
 class ImmersedBoundary {

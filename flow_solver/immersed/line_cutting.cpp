@@ -285,6 +285,7 @@ void join(std::vector<Share>& shares, int a, CutGrid& cut) {
     for (const std::ptrdiff_t node : share.thin) {
       cut.thin_cut[node] = static_cast<std::uint8_t>(cut.thin_cut[node] | (1U << a));
     }
+    cut.n_thin += share.thin.size();
   }
   lines.n_walls = static_cast<int>(walls.size());
   lines.wall_position.resize(walls.size());
@@ -307,24 +308,41 @@ void cut_direction(const Grid& grid, const Bodies& bodies, const Layout& layout,
   join(shares, a, cut);
 }
 
-/// Width of a segment between two walls, in cells of its own place.
-double gap_width(const Axis& axis, const Segment& s, const std::vector<WallEnd>& walls) {
-  double h = 0.0;
-  for (int i = s.begin; i < s.end; ++i) h += axis.h(i);
-  h /= s.end - s.begin;
-  return (walls[s.wall_high].position - walls[s.wall_low].position) / h;
-}
+/// Where gaps are measured: lines of one direction, with the faces of the domain that are walls.
+struct GapLines {
+  const Axis& axis;
+  const CutLines& lines;
+  const std::vector<WallEnd>& walls;
+  bool low_face, high_face;
+
+  GapLines(const Grid& grid, const CutGrid& cut, const std::array<bool, 6>& domain_wall, int a)
+      : axis(grid.axis[static_cast<std::size_t>(a)]), lines(cut.lines[a]), walls(cut.walls[a]),
+        low_face(domain_wall[static_cast<std::size_t>(2 * a)]),
+        high_face(domain_wall[static_cast<std::size_t>(2 * a + 1)]) {}
+
+  /// Width of a segment between two walls, one of them at least a body's, in cells of its own
+  /// place; HUGE_VAL: not a gap.
+  [[nodiscard]] double width(const Segment& s) const {
+    const bool is_gap = (s.wall_low >= 0 && (s.wall_high >= 0 || high_face)) ||
+                        (s.wall_high >= 0 && low_face);
+    if (!is_gap) return HUGE_VAL;
+    double h = 0.0;
+    for (int i = s.begin; i < s.end; ++i) h += axis.h(i);
+    h /= s.end - s.begin;
+    const double low = s.wall_low >= 0 ? walls[s.wall_low].position : axis.min;
+    const double high = s.wall_high >= 0 ? walls[s.wall_high].position : axis.max;
+    return (high - low) / h;
+  }
+};
 
 /// Tags segments narrower than the rule allows; returns whether there were any.
-bool block_gaps(const Grid& grid, const Layout& layout, double gap_block, CutGrid& cut,
-                LineMarks& marks) {
+bool block_gaps(const Grid& grid, const Layout& layout, double gap_block,
+                const std::array<bool, 6>& domain_wall, CutGrid& cut, LineMarks& marks) {
   bool any = false;
   for (int a = 0; a < 3; ++a) {
-    const Axis& axis = grid.axis[static_cast<std::size_t>(a)];
-    for (const Segment& s : cut.lines[a].segments) {
-      if (s.wall_low < 0 || s.wall_high < 0) continue;
-      const double width = gap_width(axis, s, cut.walls[a]);
-      if (width >= gap_block) continue;
+    const GapLines gaps(grid, cut, domain_wall, a);
+    for (const Segment& s : gaps.lines.segments) {
+      if (gaps.width(s) >= gap_block) continue;
       any = true;
       ++cut.blocked_segments;
       const std::ptrdiff_t line = static_cast<std::ptrdiff_t>(s.c) * layout.n_b(a) + s.b;
@@ -337,21 +355,19 @@ bool block_gaps(const Grid& grid, const Layout& layout, double gap_block, CutGri
   return any;
 }
 
-void find_smallest_gap(const Grid& grid, CutGrid& cut) {
+void find_smallest_gap(const Grid& grid, const std::array<bool, 6>& domain_wall, CutGrid& cut) {
   double smallest = HUGE_VAL;
   for (int a = 0; a < 3; ++a) {
-    for (const Segment& s : cut.lines[a].segments) {
-      if (s.wall_low < 0 || s.wall_high < 0) continue;
-      smallest = std::min(smallest,
-                          gap_width(grid.axis[static_cast<std::size_t>(a)], s, cut.walls[a]));
-    }
+    const GapLines gaps(grid, cut, domain_wall, a);
+    for (const Segment& s : gaps.lines.segments) smallest = std::min(smallest, gaps.width(s));
   }
   cut.smallest_gap = smallest < HUGE_VAL ? smallest : 0.0;
 }
 
 }  // namespace
 
-CutGrid cut_grid(const Grid& grid, const Bodies& bodies, double gap_block) {
+CutGrid cut_grid(const Grid& grid, const Bodies& bodies, double gap_block,
+                 const std::array<bool, 6>& domain_wall) {
   const Layout layout(grid);
   CutGrid cut;
   cut.tag.assign(grid.n_cells(), tag_fluid);
@@ -368,15 +384,16 @@ CutGrid cut_grid(const Grid& grid, const Bodies& bodies, double gap_block) {
   tag_bodies(grid, bodies, layout, first_present, cut, marks);
   for (int pass = 0; pass <= most_gap_passes; ++pass) {
     cut.thin_cut.assign(grid.n_cells(), 0);
+    cut.n_thin = 0;
     for (int a = first_present; a < 3; ++a) {
       if (grid.axis[static_cast<std::size_t>(a)].present) {
         cut_direction(grid, bodies, layout, a, marks[a], cut);
       }
     }
     if (gap_block <= 0.0 || pass == most_gap_passes) break;
-    if (!block_gaps(grid, layout, gap_block, cut, marks)) break;
+    if (!block_gaps(grid, layout, gap_block, domain_wall, cut, marks)) break;
   }
-  find_smallest_gap(grid, cut);
+  find_smallest_gap(grid, domain_wall, cut);
   return cut;
 }
 

@@ -26,6 +26,7 @@ struct CutGrid {
   std::array<std::vector<WallEnd>, 3> walls;
   /// bit a: a body thinner than the spacing lies between this node and the next one along a
   std::vector<std::uint8_t> thin_cut;
+  std::size_t n_thin = 0;                     ///< cuts between two fluid nodes
   std::size_t blocked_segments = 0;
   std::size_t open_lines = 0;
   double smallest_gap = 0.0;  ///< in cells, 0: none
@@ -33,7 +34,8 @@ struct CutGrid {
 
 /// Tags every node from the lines of the first present direction and cuts the lines of all. A
 /// segment between two walls closer than `gap_block` cells is tagged blocked and all lines are cut
-/// anew, at most four times.
-[[nodiscard]] CutGrid cut_grid(const Grid& grid, const Bodies& bodies, double gap_block);
+/// anew, at most four times. `domain_wall`: faces of the domain that count as walls for this rule.
+[[nodiscard]] CutGrid cut_grid(const Grid& grid, const Bodies& bodies, double gap_block,
+                               const std::array<bool, 6>& domain_wall = {});
 
 }  // namespace ocublast::flow

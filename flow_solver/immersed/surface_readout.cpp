@@ -54,9 +54,13 @@ class Reader {
   [[nodiscard]] Reading around(const Vec3& point, const Vec3& normal, double a_n) const {
     Reading reading;
     Stencil front;
-    const double share = nodes_.weigh(point, point, normal, nullptr, 0.0, front);
+    NodeIndex nearest_node{};
+    const NodeIndex* from =
+        nodes_.narrow_gaps() && nodes_.nearest_in_front(point, point, normal, nearest_node)
+            ? &nearest_node
+            : nullptr;
+    const double share = nodes_.weigh(point, point, normal, from, 0.0, front);
     if (share > 0.0) {
-      // Corner by corner: the correction to the wall is not linear in the weights (density).
       reading.add(share, sample(front, W_, gas_), front.distance, a_n, gas_);
     }
     const NodeIndex base = nodes_.cell(point);
@@ -80,7 +84,7 @@ class Reader {
       const double distance = dot(x - point, normal);
       if (distance >= 0.0) continue;
       Stencil image;
-      if (nodes_.weigh(x - 2.0 * distance * normal, point, normal, nullptr, least_share, image) <
+      if (nodes_.weigh(x - 2.0 * distance * normal, point, normal, from, least_share, image) <
           least_share) {
         continue;
       }

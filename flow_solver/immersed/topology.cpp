@@ -211,10 +211,10 @@ void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& node
   ghost.stencil = nodes.image(ghost.foot, end_node(grid, axis, wall));
 }
 
-Topology make_topology(const Grid& grid, const Bodies& bodies, double gap_block,
+Topology make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options,
                        const Topology& old) {
   Topology topology;
-  topology.cut = cut_grid(grid, bodies, gap_block);
+  topology.cut = cut_grid(grid, bodies, options.gap_block, options.domain_wall);
   const FluidNodes nodes(grid, topology.cut.tag, topology.cut.thin_cut);
   const Reuse reuse(grid, bodies, old, topology.cut);
   for (int axis = 0; axis < 3; ++axis) {

@@ -40,9 +40,9 @@ struct Topology {
 void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
                   const WallEnd& wall, int layer, GhostPoint& ghost);
 
-/// Cuts the grid for the bodies' current place. Feet of `old` are kept where neither their facet
+/// Cuts the grid for the bodies' current place, with the gap rule of `options`. Feet of `old` are kept where neither their facet
 /// nor a body near them moved, so that static walls are searched once.
-[[nodiscard]] Topology make_topology(const Grid& grid, const Bodies& bodies, double gap_block,
-                                     const Topology& old);
+[[nodiscard]] Topology make_topology(const Grid& grid, const Bodies& bodies,
+                                     const ImmersedOptions& options, const Topology& old);
 
 }  // namespace ocublast::flow
