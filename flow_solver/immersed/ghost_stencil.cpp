@@ -25,6 +25,10 @@ constexpr double plane_slack = 1e-9;
 constexpr double least_weight = 1e-13;
 /// Bounds of a ghost's pressure and temperature as multiples of the image's.
 constexpr double lowest_ratio = 0.3;
+/// Largest ratio of a ghost's depth to its image's distance in the wall condition; beyond it the odd
+/// part stays constant. Reached neither by the limited image (4 / 3.45) nor by a wall that moves on
+/// under an image within a step.
+constexpr double farthest_reach = 1.25;
 constexpr double highest_ratio = 3.0;
 
 constexpr std::array<std::array<int, 3>, 6> walk_orders = {
@@ -128,6 +132,7 @@ bool FluidNodes::nearest_in_front(const Vec3& x, const Vec3& point, const Vec3& 
 double FluidNodes::weigh(const Vec3& x, const Vec3& point, const Vec3& normal,
                          const NodeIndex* from, double least, Stencil& stencil) const {
   Stencil found;
+  found.built_depth = stencil.built_depth;
   found.base = cell(x);
   std::array<double, 3> upper{};
   for (std::size_t a = 0; a < 3; ++a) {
@@ -149,12 +154,13 @@ double FluidNodes::weigh(const Vec3& x, const Vec3& point, const Vec3& normal,
     }
     if (weight < least_weight || !usable(node, point, normal, from)) continue;
     found.weight[corner] = weight;
-    found.distance += weight * dot(place(node) - point, normal);
+    found.place = found.place + weight * place(node);
     share += weight;
   }
   if (share < least || share <= 0.0) return share;
   for (double& weight : found.weight) weight /= share;
-  found.distance /= share;
+  found.place = (1.0 / share) * found.place;
+  found.distance = dot(found.place - point, normal);
   stencil = found;
   return share;
 }
@@ -163,6 +169,7 @@ Stencil FluidNodes::image(const Foot& foot, const NodeIndex& end_node) const {
   const double h = spacing(foot.normal, end_node);
   const double depth = std::clamp(foot.depth, 0.0, deepest_image * h);
   Stencil stencil;
+  stencil.built_depth = foot.depth;
   const auto reached = [&](double d) {
     return weigh(foot.point + d * foot.normal, foot.point, foot.normal, &end_node, least_share,
                  stencil) >= least_share;
@@ -175,7 +182,8 @@ Stencil FluidNodes::image(const Foot& foot, const NodeIndex& end_node) const {
   }
   stencil.base = end_node;
   stencil.weight[0] = 1.0;
-  stencil.distance = std::max(dot(place(end_node) - foot.point, foot.normal), 0.0);
+  stencil.place = place(end_node);
+  stencil.distance = dot(stencil.place - foot.point, foot.normal);
   stencil.own_state = true;
   return stencil;
 }
@@ -199,10 +207,9 @@ Sample sample(const Stencil& stencil, FieldsView<const double> W, const Gas& gas
 std::array<double, n_primitive> ghost_state(const Foot& foot, const Stencil& stencil,
                                             const Sample& image, const WallState& wall,
                                             const Gas& gas) noexcept {
-  // Where the image lies nearer than the ghost (its depth is limited) the state is continued as a
-  // constant: the odd part never exceeds the image's own.
-  const double reach =
-      stencil.distance > 0.0 ? std::clamp(foot.depth / stencil.distance, -1.0, 1.0) : 1.0;
+  const double reach = stencil.distance > 0.0
+                           ? std::clamp(foot.depth / stencil.distance, -1.0, farthest_reach)
+                           : 1.0;
   const Vec3 relative = image.u - wall.velocity;
   const Vec3 u = wall.slip == WallSlip::no_slip
                      ? wall.velocity - reach * relative

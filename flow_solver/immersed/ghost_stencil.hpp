@@ -16,7 +16,9 @@ using NodeIndex = std::array<std::int32_t, 3>;
 struct Stencil {
   NodeIndex base{};
   std::array<double, 8> weight{};  ///< sum 1; 0 where a corner may not be used
-  double distance = 0.0;           ///< m, of the weighted mean place of the corners from the foot's plane
+  Vec3 place;                      ///< m, weighted mean place of the corners
+  double distance = 0.0;           ///< m, of `place` from the foot's plane
+  double built_depth = 0.0;        ///< m, depth of the ghost the stencil was made for
   bool own_state = false;          ///< nothing usable near: the end node alone
 };
 

@@ -87,7 +87,7 @@ void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
       const std::size_t g = static_cast<std::size_t>(w) * n_ghost + layer;
       GhostPoint& ghost = ghosts[g];
       if (ghost.foot.body >= 0 && bodies[ghost.foot.body].moved_since_ghosts) {
-        follow_ghost(grid, bodies, view, axis, wall, layer, ghost);
+        follow_ghost(grid, bodies, view, axis, wall, layer, false, ghost);
       }
       const Sample image = sample(ghost.stencil, W, gas);
       const auto state = ghost_state(ghost.foot, ghost.stencil, image, wall_state(ghost.foot), gas);

@@ -149,7 +149,7 @@ void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes
           if (reuse.stands_still(ghost.foot)) {
             if (!reuse.surroundings_hold(end)) ghost.stencil = nodes.image(ghost.foot, end);
           } else {
-            follow_ghost(grid, bodies, nodes, axis, wall, layer, ghost);
+            follow_ghost(grid, bodies, nodes, axis, wall, layer, !reuse.surroundings_hold(end), ghost);
           }
           continue;
         }
@@ -204,11 +204,19 @@ NodeIndex end_node(const Grid& grid, int axis, const WallEnd& wall) {
 }
 
 void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
-                  const WallEnd& wall, int layer, GhostPoint& ghost) {
+                  const WallEnd& wall, int layer, bool nodes_changed, GhostPoint& ghost) {
   if (wall.facet < 0) return;  // the mouth of a gap stays where it is until the next topology
   const Vec3 x = place(grid, ghost_node(grid, axis, wall, layer));
   ghost.foot = follow_foot(bodies, x, ghost.foot, bodies[wall.body].geometry.normal[wall.facet]);
-  ghost.stencil = nodes.image(ghost.foot, end_node(grid, axis, wall));
+  const double shift = std::abs(ghost.foot.depth - ghost.stencil.built_depth);
+  constexpr double small_shift = 0.05;  // cells
+  const bool keep = !nodes_changed && !ghost.stencil.own_state &&
+                    shift < small_shift * grid.axis[static_cast<std::size_t>(axis)].h(wall.node);
+  if (!keep) {
+    ghost.stencil = nodes.image(ghost.foot, end_node(grid, axis, wall));
+    return;
+  }
+  ghost.stencil.distance = dot(ghost.stencil.place - ghost.foot.point, ghost.foot.normal);
 }
 
 Topology make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options,

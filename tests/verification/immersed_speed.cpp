@@ -54,7 +54,7 @@ TEST(ImmersedSpeed, OfTopologyAndGhostsAt128Cubed) {
                 first, stage, 1e6 * stage / ghosts, read);
     if (moves) {
       std::vector<double> x(bodies.position(0).begin(), bodies.position(0).end());
-      for (std::size_t v = 0; v < x.size(); v += 3) x[v] += .1 / n;
+      for (std::size_t v = 0; v < x.size(); v += 3) x[v] += .015 / n;
       bodies.set_straight_path(0, 0.0, 1.0, x);
       clock.lap();
       bodies.move_to(.5);
