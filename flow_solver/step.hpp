@@ -14,10 +14,20 @@
 #include "flow_solver/gas/gas.hpp"
 #include "flow_solver/grid/fields.hpp"
 #include "flow_solver/grid/grid.hpp"
+#include "flow_solver/immersed/immersed_boundary.hpp"
 
 namespace ocublast::flow {
 
-class ImmersedBoundary;
+/// What a step needs of immersed bodies; ImmersedBoundary behind it in a run, simpler ones in tests.
+class BodiesInFlow {
+ public:
+  virtual ~BodiesInFlow() = default;
+  virtual void move_to(double t) = 0;
+  virtual void compute_ghosts(FieldsView<double> W) = 0;
+  virtual TopologyReport update_topology(FieldsView<double> W) = 0;
+  [[nodiscard]] virtual const CutLines& lines(int axis) const = 0;
+  [[nodiscard]] virtual std::span<const std::uint8_t> tags() const = 0;
+};
 
 enum class Viscosity { none, constant, sutherland };
 enum class Scheme { compact6, compact8 };
@@ -59,6 +69,7 @@ struct StepReport {
   double active_share = 1.0;       ///< part of the nodes that was computed
   double largest_pressure = 0.0;   ///< Pa, at the start of the step
   double smallest_pressure = 0.0;  ///< Pa, at the start of the step
+  TopologyReport topology;         ///< with bodies: what the end of the step changed
 };
 
 /// Integrals over the fluid.
@@ -105,6 +116,7 @@ class Flow {
   /// Puts bodies into the flow: takes their tags and cut lines; null takes them out. The boundary
   /// must have been brought to the current topology with update_topology(primitives()) before.
   void immerse(ImmersedBoundary* bodies);
+  void immerse(std::unique_ptr<BodiesInFlow> bodies);
 
   /// Largest step [s] by convection and diffusion at the current state.
   [[nodiscard]] double stable_step();
@@ -115,6 +127,8 @@ class Flow {
 
   void fill_domain_ghosts();
   [[nodiscard]] Totals totals() const;
+  /// Nodes with first-order fluxes in the last step, [k, j, n_x rounded up to 8].
+  [[nodiscard]] std::span<const std::uint8_t> marks() const;
 
   /// Everything beside the time that a resumed run needs; valid until the next step. After writing
   /// into the parts call `restored()`.

@@ -1,0 +1,110 @@
+// Bodies in the flow: masks and batches from tags and cut lines.
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "flow_solver/flow_core.hpp"
+
+namespace ocublast::flow {
+namespace {
+
+bool is_mirrored(BoundaryKind kind) {
+  return kind == BoundaryKind::symmetry || kind == BoundaryKind::no_slip_wall;
+}
+
+}  // namespace
+
+void Flow::Core::set_segments(int axis) {
+  const auto a = static_cast<std::size_t>(axis);
+  const CutLines& lines = bodies->lines(axis);
+  // Axes across in ascending order: lines are addressed (b, c).
+  const int b_axis = axis == 0 ? 1 : 0, c_axis = axis == 2 ? 1 : 2;
+  const int n_b = ctx.n[b_axis], n_c = ctx.n[c_axis];
+  std::fill(cut[a].begin(), cut[a].end(), std::uint8_t{0});
+  const auto stride = static_cast<std::size_t>(axis == 0 ? ctx.row_groups : ctx.tiles);
+  for (int c = 0; c < n_c; ++c) {
+    for (int b = 0; b < n_b; ++b) {
+      if (lines.cut[static_cast<std::size_t>(c * n_b + b)] == 0) continue;
+      cut[a][static_cast<std::size_t>(c) * stride + static_cast<std::size_t>(b / tile_width)] |=
+          static_cast<std::uint8_t>(1 << (b % tile_width));
+    }
+  }
+  const bool mirror_low = is_mirrored(boundaries[2 * a].kind);
+  SegmentBatches& out = segments[a];
+  out.batch.clear();
+  out.begin.assign(static_cast<std::size_t>(n_c) + 1, 0);
+  std::vector<const Segment*> group;
+  std::size_t next = 0;
+  for (int c = 0; c < n_c; ++c) {
+    out.begin[static_cast<std::size_t>(c)] = out.batch.size();
+    group.clear();
+    for (; next < lines.segments.size() && lines.segments[next].c == c; ++next) {
+      if (lines.segments[next].end > lines.segments[next].begin) group.push_back(&lines.segments[next]);
+    }
+    const auto from_mirror = [&](const Segment* s) { return mirror_low && s->wall_low < 0; };
+    // Lanes of a batch share the elimination from their start and should have like lengths.
+    std::stable_sort(group.begin(), group.end(), [&](const Segment* l, const Segment* r) {
+      return std::pair(from_mirror(l), l->end - l->begin) < std::pair(from_mirror(r), r->end - r->begin);
+    });
+    for (std::size_t s = 0; s < group.size();) {
+      SegmentBatch batch;
+      const bool kind = from_mirror(group[s]);
+      for (; s < group.size() && batch.lanes < tile_width && from_mirror(group[s]) == kind; ++s) {
+        const int l = batch.lanes++;
+        batch.length[l] = group[s]->end - group[s]->begin;
+        batch.begin[l] = group[s]->begin;
+        batch.b[l] = group[s]->b;
+        batch.c[l] = group[s]->c;
+        batch.wall_low[l] = group[s]->wall_low;
+        batch.wall_high[l] = group[s]->wall_high;
+      }
+      out.batch.push_back(batch);
+    }
+  }
+  out.begin[static_cast<std::size_t>(n_c)] = out.batch.size();
+  ctx.wall_ghost[axis] = lines.ghost.data();
+}
+
+void Flow::Core::take_topology(bool convert) {
+  const std::span<const std::uint8_t> tags = bodies->tags();
+  const Gas& gas = options.gas;
+  std::size_t node = 0;
+  for (int k = 0; k < ctx.n[2]; ++k) {
+    for (int j = 0; j < ctx.n[1]; ++j) {
+      for (int t = 0; t < ctx.tiles; ++t) {
+        std::uint8_t bits = 0;
+        const int count = std::min(tile_width, ctx.n[0] - t * tile_width);
+        for (int l = 0; l < count; ++l, ++node) {
+          if (tags[node] == tag_fluid) bits = static_cast<std::uint8_t>(bits | (1 << l));
+        }
+        std::uint8_t& old = fluid[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.tiles + t)];
+        const unsigned changed = ~(static_cast<unsigned>(old) & bits);
+        old = bits;
+        if (!convert) continue;
+        for (int l = 0; l < count; ++l) {
+          if (((changed >> l) & 1u) == 0) continue;
+          const int i = t * tile_width + l;
+          const double* w = ctx.W.data + i + j * ctx.W.sj + k * ctx.W.sk;
+          const double rho = w[0], T = w[4 * ctx.W.sf];
+          store_state(i, j, k, {rho, w[ctx.W.sf], w[2 * ctx.W.sf], w[3 * ctx.W.sf], pressure(gas, rho, T)});
+        }
+      }
+    }
+  }
+  ctx.bodies = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (ctx.present[axis]) set_segments(axis);
+  }
+}
+
+void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
+  Core& c = *core_;
+  c.bodies = std::move(bodies);
+  c.segments = {};
+  c.prepared = false;
+  c.set_masks_without_bodies();
+  if (c.bodies) c.take_topology(true);
+}
+
+}  // namespace ocublast::flow

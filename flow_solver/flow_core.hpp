@@ -1,0 +1,78 @@
+#pragma once
+
+// Inside of class Flow: memory, tables and masks, shared by step.cpp and its neighbours.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "flow_solver/numerics/field_memory.hpp"
+#include "flow_solver/numerics/kernel.hpp"
+#include "flow_solver/numerics/line_table.hpp"
+#include "flow_solver/step.hpp"
+
+namespace ocublast::flow {
+
+/// Cut segments of one direction in batches of eight, grouped by the line index c.
+struct SegmentBatches {
+  std::vector<SegmentBatch> batch;
+  std::vector<std::size_t> begin;  ///< [n_c + 1] first batch of each c
+};
+
+struct Flow::Core {
+  Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& options_in);
+
+  Grid grid;
+  Boundaries boundaries;
+  FlowOptions options;
+  const Kernels* kernels = nullptr;
+  Context ctx;
+  FieldMemory W, R, Q, A, G;
+  std::array<LineTable, 3> table, table_from_ghost, table_from_mirror;
+  std::array<LineMetric, 3> metric;
+  std::vector<std::vector<double>> scratch;  ///< per thread
+
+  std::vector<std::uint8_t> fluid, mark, failed;
+  std::array<std::vector<std::uint8_t>, 3> cut, line_marked;
+  std::vector<double> mark_copy;  ///< marks as numbers, for checkpoints
+  std::vector<PlaneMaxima> maxima;
+  std::unique_ptr<BodiesInFlow> bodies;
+  std::array<SegmentBatches, 3> segments;
+  bool prepared = false;  ///< coefficients belong to the current state
+  double convection = 0.0, diffusion = 0.0;
+  double p_min = 0.0, p_max = 0.0;
+
+  void set_tables();
+  void set_masks_without_bodies();
+  void set_context();
+  /// Masks, batches and conserved values of nodes that are or were in bodies.
+  void take_topology(bool convert);
+  void set_segments(int axis);
+
+  void store_state(int i, int j, int k, const State& s);
+  void fill_padding();
+  void fill_ghosts();
+  /// Ghosts, artificial diffusivity and step limits of the current state.
+  void prepare();
+  [[nodiscard]] bool fresh_charge() const;
+
+  // Marks.
+  void age_marks();
+  void premark(StepReport& report);
+  void mark_failures(bool with_neighbours);
+  void set_line_marks();
+  [[nodiscard]] std::size_t count_marks() const;
+
+  [[nodiscard]] bool run_stages(double t, double dt, bool repair, StepReport& report);
+  [[nodiscard]] long run_stage();
+  void sweep_planes();
+  void sweep_one_plane();
+  [[nodiscard]] long update_rows();
+  [[nodiscard]] long finish_planes();
+  void restore();
+  std::size_t repair_failures(bool final_state);
+  [[noreturn]] void throw_failure(double t, double dt) const;
+};
+
+}  // namespace ocublast::flow

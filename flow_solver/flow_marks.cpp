@@ -1,0 +1,148 @@
+// Nodes with first-order fluxes: premarked where the pressure jumps from node to node, marked where
+// the positivity test failed.
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "flow_solver/flow_core.hpp"
+
+namespace ocublast::flow {
+namespace {
+
+// Steps that a mark lives: one for a premark, three after a failure (shorter ones fail again).
+constexpr std::uint8_t premark_life = 1;
+constexpr std::uint8_t failure_life = 3;
+
+}  // namespace
+
+void Flow::Core::age_marks() {
+  if (!ctx.any_mark) return;
+  for (std::uint8_t& m : mark) m = m > 0 ? static_cast<std::uint8_t>(m - 1) : m;
+}
+
+void Flow::Core::premark(StepReport&) {
+  const double ratio = fresh_charge() ? options.premark_ratio_fresh : options.premark_ratio;
+  long count = 0;
+  if (p_max > ratio * p_min) {
+#pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : count)
+    for (int k = 0; k < ctx.n[2]; ++k) count += kernels->premark_plane(ctx, k, ratio);
+  }
+  if (count > 0) {
+    for (std::size_t i = 0; i < mark.size(); ++i) {
+      if (failed[i] != 0) mark[i] = std::max(mark[i], premark_life);
+    }
+    std::fill(failed.begin(), failed.end(), std::uint8_t{0});
+    ctx.any_mark = true;
+  }
+  if (ctx.any_mark) set_line_marks();
+}
+
+void Flow::Core::mark_failures(bool with_neighbours) {
+  const int n0 = ctx.n[0], n1 = ctx.n[1], n2 = ctx.n[2];
+  const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(ctx.tiles) * tile_width;
+  const auto at = [&](int i, int j, int k) { return static_cast<std::size_t>((k * n1 + j) * row + i); };
+  for (int k = 0; k < n2; ++k) {
+    for (int j = 0; j < n1; ++j) {
+      for (int i = 0; i < n0; ++i) {
+        if (failed[at(i, j, k)] == 0) continue;
+        // A node that fails although marked suffers from its neighbours' fluxes.
+        const bool spread = with_neighbours || mark[at(i, j, k)] != 0;
+        mark[at(i, j, k)] = failure_life;
+        if (!spread) continue;
+        for (int axis = 0; axis < 3; ++axis) {
+          for (int side = -1; side <= 1; side += 2) {
+            const int x[3] = {i + (axis == 0 ? side : 0), j + (axis == 1 ? side : 0), k + (axis == 2 ? side : 0)};
+            if (x[0] < 0 || x[1] < 0 || x[2] < 0 || x[0] >= n0 || x[1] >= n1 || x[2] >= n2) continue;
+            mark[at(x[0], x[1], x[2])] = failure_life;
+          }
+        }
+      }
+    }
+  }
+  std::fill(failed.begin(), failed.end(), std::uint8_t{0});
+  ctx.any_mark = true;
+  set_line_marks();
+}
+
+void Flow::Core::set_line_marks() {
+  for (auto& flags : line_marked) std::fill(flags.begin(), flags.end(), std::uint8_t{0});
+  ctx.any_mark = false;
+  const int n0 = ctx.n[0], n1 = ctx.n[1], n2 = ctx.n[2];
+  const std::uint8_t* m = mark.data();
+  for (int k = 0; k < n2; ++k) {
+    for (int j = 0; j < n1; ++j, m += ctx.tiles * tile_width) {
+      if (std::none_of(m, m + n0, [](std::uint8_t b) { return b != 0; })) continue;
+      ctx.any_mark = true;
+      line_marked[0][static_cast<std::size_t>(k * ctx.row_groups + j / tile_width)] |=
+          static_cast<std::uint8_t>(1 << (j % tile_width));
+      for (int i = 0; i < n0; ++i) {
+        if (m[i] == 0) continue;
+        const auto bit = static_cast<std::uint8_t>(1 << (i % tile_width));
+        line_marked[1][static_cast<std::size_t>(k * ctx.tiles + i / tile_width)] |= bit;
+        line_marked[2][static_cast<std::size_t>(j * ctx.tiles + i / tile_width)] |= bit;
+      }
+    }
+  }
+}
+
+std::size_t Flow::Core::count_marks() const {
+  if (!ctx.any_mark) return 0;
+  return static_cast<std::size_t>(std::count_if(mark.begin(), mark.end(), [](std::uint8_t m) { return m != 0; }));
+}
+
+void Flow::Core::restore() {
+#pragma omp parallel for schedule(static) num_threads(options.threads)
+  for (int k = 0; k < ctx.n[2]; ++k) kernels->restore_plane(ctx, k);
+}
+
+/// Last resort with floors: a failed node keeps its state of the step's start, lifted to the floors.
+std::size_t Flow::Core::repair_failures(bool final_state) {
+  std::size_t count = 0;
+  const double gamma = options.gas.heat_capacity_ratio;
+  for (int k = 0; k < ctx.n[2]; ++k) {
+    for (int j = 0; j < ctx.n[1]; ++j) {
+      for (int i = 0; i < ctx.n[0]; ++i) {
+        std::uint8_t& f = failed[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.tiles * tile_width + i)];
+        if (f == 0) continue;
+        f = 0;
+        ++count;
+        double q[5];
+        for (int v = 0; v < 5; ++v) q[v] = ctx.Q.data[v * ctx.Q.sf + i + j * ctx.Q.sj + k * ctx.Q.sk];
+        const double rho = std::max(q[0], options.floor_density);
+        const double u[3] = {q[1] / q[0], q[2] / q[0], q[3] / q[0]};
+        const double kinetic = 0.5 * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+        const double p = std::max((gamma - 1.0) * (q[4] - q[0] * kinetic), options.floor_pressure);
+        const double w[5] = {rho, u[0], u[1], u[2], p / (rho * options.gas.gas_constant)};
+        const double lifted[5] = {rho, rho * u[0], rho * u[1], rho * u[2], p / (gamma - 1.0) + rho * kinetic};
+        for (int v = 0; v < 5; ++v) {
+          ctx.W.data[v * ctx.W.sf + i + j * ctx.W.sj + k * ctx.W.sk] = w[v];
+          if (final_state) ctx.A.data[v * ctx.A.sf + i + j * ctx.A.sj + k * ctx.A.sk] = lifted[v];
+        }
+      }
+    }
+  }
+  return count;
+}
+
+void Flow::Core::throw_failure(double t, double dt) const {
+  const auto bad = std::find_if(failed.begin(), failed.end(), [](std::uint8_t f) { return f != 0; });
+  const auto at = static_cast<std::ptrdiff_t>(bad - failed.begin());
+  const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(ctx.tiles) * tile_width;
+  const int i = static_cast<int>(at % row), j = static_cast<int>(at / row % ctx.n[1]),
+            k = static_cast<int>(at / row / ctx.n[1]);
+  double q[5];
+  for (int v = 0; v < 5; ++v) q[v] = ctx.Q.data[v * ctx.Q.sf + i + j * ctx.Q.sj + k * ctx.Q.sk];
+  const double p = (options.gas.heat_capacity_ratio - 1.0) *
+                   (q[4] - 0.5 * (q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) / q[0]);
+  throw NumericsError(fmt::format(
+      "flow: the step from t = {:.9e} s by {:.3e} s fails at cell ({}, {}, {}), position ({:.6g}, {:.6g}, {:.6g}) m, "
+      "also with first-order fluxes there; state before: density {:.6g} kg/m^3, velocity ({:.6g}, {:.6g}, "
+      "{:.6g}) m/s, pressure {:.6g} Pa. Try a smaller flow.cfl, a finer grid at the charge, or floors",
+      t, dt, i, j, k, grid.axis[0].x(i), grid.axis[1].x(j), grid.axis[2].x(k), q[0], q[1] / q[0], q[2] / q[0],
+      q[3] / q[0], p));
+}
+
+}  // namespace ocublast::flow

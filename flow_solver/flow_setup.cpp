@@ -1,0 +1,325 @@
+// Construction of the flow: memory, tables, masks, initial states, boundaries, checkpoints.
+
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "flow_solver/boundary/domain_ghosts.hpp"
+#include "flow_solver/flow_core.hpp"
+#include "flow_solver/grid/make_grid.hpp"
+
+namespace ocublast::flow {
+namespace {
+
+const Kernels& choose_kernels(const std::string& wanted) {
+  const bool avx512 = __builtin_cpu_supports("x86-64-v4") != 0;
+  const bool avx2 = __builtin_cpu_supports("x86-64-v3") != 0;
+  const auto missing = [&] {
+    throw CaseError(fmt::format("instruction set {}: not offered by this processor; leave it out for "
+                                "the best one present", wanted));
+  };
+  if (wanted.empty()) {
+    if (avx512) return isa_avx512::kernels();
+    return avx2 ? isa_avx2::kernels() : isa_baseline::kernels();
+  }
+  if (wanted == "avx512") {
+    if (!avx512) missing();
+    return isa_avx512::kernels();
+  }
+  if (wanted == "avx2") {
+    if (!avx2) missing();
+    return isa_avx2::kernels();
+  }
+  if (wanted != "baseline") {
+    throw CaseError(fmt::format("instruction set {}: accepted are baseline, avx2, avx512", wanted));
+  }
+  return isa_baseline::kernels();
+}
+
+LineEnd line_end(BoundaryKind kind) {
+  switch (kind) {
+    case BoundaryKind::symmetry: return LineEnd::mirrored_slip;
+    case BoundaryKind::no_slip_wall: return LineEnd::mirrored_no_slip;
+    case BoundaryKind::periodic: return LineEnd::periodic;
+    case BoundaryKind::outflow:
+    case BoundaryKind::fixed_state: break;
+  }
+  return LineEnd::ghosted;
+}
+
+LaneEnd lane_end(BoundaryKind kind) {
+  if (kind == BoundaryKind::symmetry) return LaneEnd::mirrored_slip;
+  if (kind == BoundaryKind::no_slip_wall) return LaneEnd::mirrored_no_slip;
+  return LaneEnd::domain_ghost;
+}
+
+void set_view(LineView& view, const LineTable& t) {
+  view.n = t.n;
+  view.face_begin = t.face_begin;
+  view.face_end = t.face_end;
+  view.periodic = t.periodic;
+  view.flux = t.flux.data() + table_offset * flux_row_size;
+  view.filter = t.filter.data() + table_offset * filter_row_size;
+  view.flux_wrap = t.flux_wrap.data();
+  view.filter_wrap = t.filter_wrap.data();
+  view.flux_wrap_last = t.flux_wrap_last;
+  view.flux_wrap_scale = t.flux_wrap_scale;
+  view.filter_wrap_last = t.filter_wrap_last;
+  view.filter_wrap_scale = t.filter_wrap_scale;
+}
+
+}  // namespace
+
+Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& options_in)
+    : grid(std::move(grid_in)), boundaries(boundaries_in), options(options_in) {
+  if (!grid.axis[0].present) throw CaseError("flow: the x direction must be present");
+  for (std::size_t a = 0; a < 3; ++a) {
+    const bool low = boundaries[2 * a].kind == BoundaryKind::periodic;
+    const bool high = boundaries[2 * a + 1].kind == BoundaryKind::periodic;
+    if (grid.axis[a].present && low != high) {
+      throw CaseError(fmt::format("flow: only one face of direction {} is periodic; make both so",
+                                  "xyz"[a]));
+    }
+  }
+  if (options.threads < 1) options.threads = 1;
+  kernels = &choose_kernels(options.instruction_set);
+  const bool viscous = options.viscosity != Viscosity::none;
+  W = FieldMemory(grid, viscous ? n_stage_fields : n_stage_fields - 1, true);
+  R = FieldMemory(grid, n_primitive, true);
+  Q = FieldMemory(grid, n_primitive, false);
+  A = FieldMemory(grid, n_primitive, false);
+  if (viscous) G = FieldMemory(grid, 9, true);
+  set_tables();
+  set_context();
+  set_masks_without_bodies();
+  scratch.resize(static_cast<std::size_t>(options.threads));
+  const std::size_t size = kernels->scratch_doubles(ctx);
+  // Each thread touches its own scratch and its part of the fields first.
+#pragma omp parallel for schedule(static, 1) num_threads(options.threads)
+  for (int t = 0; t < options.threads; ++t) scratch[static_cast<std::size_t>(t)].assign(size, 0.0);
+  for (const FieldMemory* m : {&W, &R, &Q, &A, &G}) {
+    const std::span<double> all = m->all();
+    const auto count = static_cast<std::ptrdiff_t>(all.size());
+#pragma omp parallel for schedule(static) num_threads(options.threads)
+    for (std::ptrdiff_t i = 0; i < count; ++i) all[static_cast<std::size_t>(i)] = 0.0;
+  }
+  maxima.resize(static_cast<std::size_t>(grid.axis[2].n));
+}
+
+void Flow::Core::set_tables() {
+  const LineScheme scheme{.eighth_order = options.scheme == Scheme::compact8,
+                          .filter_alpha = options.filter_alpha};
+  for (std::size_t a = 0; a < 3; ++a) {
+    metric[a] = make_line_metric(grid.axis[a]);
+    const LineEnd low = line_end(boundaries[2 * a].kind), high = line_end(boundaries[2 * a + 1].kind);
+    const int n = grid.axis[a].n;
+    table[a] = make_line_table(n, low, high, scheme);
+    table_from_ghost[a] = make_line_table(n + 8, LineEnd::ghosted, LineEnd::ghosted, scheme);
+    const LineEnd mirror = low == LineEnd::mirrored_no_slip ? low : LineEnd::mirrored_slip;
+    table_from_mirror[a] = make_line_table(n + 8, mirror, LineEnd::ghosted, scheme);
+  }
+  ctx.flux_end = make_flux_end_rows(scheme);
+  ctx.filter_end = make_filter_end_rows(scheme);
+}
+
+void Flow::Core::set_context() {
+  ctx.W = W.block();
+  ctx.R = R.block();
+  ctx.Q = Q.block();
+  ctx.A = A.block();
+  ctx.G = G.block();
+  for (std::size_t a = 0; a < 3; ++a) {
+    ctx.n[a] = grid.axis[a].n;
+    ctx.present[a] = grid.axis[a].present;
+    LineView& view = ctx.line[a];
+    set_view(view, table[a]);
+    set_view(ctx.from_ghost[a], table_from_ghost[a]);
+    set_view(ctx.from_mirror[a], table_from_mirror[a]);
+    view.inverse_face_spacing = metric[a].inverse_face_spacing.data() + table_offset;
+    view.face_jacobian = metric[a].face_jacobian.data() + table_offset;
+    view.inverse_jacobian = metric[a].inverse_jacobian.data() + table_offset;
+    view.jacobian = metric[a].jacobian.data() + table_offset;
+    view.low = lane_end(boundaries[2 * a].kind);
+    view.high = lane_end(boundaries[2 * a + 1].kind);
+  }
+  ctx.tiles = (ctx.n[0] + tile_width - 1) / tile_width;
+  ctx.row_groups = (ctx.n[1] + tile_width - 1) / tile_width;
+  ctx.gamma = options.gas.heat_capacity_ratio;
+  ctx.gas_constant = options.gas.gas_constant;
+  ctx.viscous = options.viscosity != Viscosity::none;
+  ctx.sutherland = options.viscosity == Viscosity::sutherland;
+  ctx.mu0 = options.dynamic_viscosity;
+  ctx.sutherland_T0 = options.sutherland_reference;
+  ctx.sutherland_S = options.sutherland_temperature;
+  ctx.prandtl = options.prandtl;
+  ctx.bulk = options.artificial_diffusivity;
+  ctx.eighth_order = options.scheme == Scheme::compact8;
+  ctx.filter = options.filter;
+  if (options.artificial_diffusivity) {
+    ctx.C_beta = options.C_beta;
+    ctx.C_kappa = options.C_kappa;
+    ctx.C_mu = options.C_mu;
+  }
+  ctx.strain_sensor = options.sensor == Sensor::strain;
+  ctx.need_strain = options.artificial_diffusivity &&
+                    (ctx.strain_sensor || (ctx.viscous && options.C_mu > 0.0));
+  ctx.floor_rho = options.floor_density;
+  ctx.floor_p = options.floor_pressure;
+}
+
+void Flow::Core::set_masks_without_bodies() {
+  const auto n1 = static_cast<std::size_t>(ctx.n[1]), n2 = static_cast<std::size_t>(ctx.n[2]);
+  const auto tiles = static_cast<std::size_t>(ctx.tiles), groups = static_cast<std::size_t>(ctx.row_groups);
+  fluid.assign(n2 * n1 * tiles, 0xff);
+  const int rest = ctx.n[0] % tile_width;
+  if (rest != 0) {
+    for (std::size_t row = 0; row < n1 * n2; ++row) {
+      fluid[row * tiles + tiles - 1] = static_cast<std::uint8_t>((1 << rest) - 1);
+    }
+  }
+  const std::size_t sizes[3] = {n2 * groups, n2 * tiles, n1 * tiles};
+  for (std::size_t a = 0; a < 3; ++a) {
+    cut[a].assign(sizes[a], 0);
+    line_marked[a].assign(sizes[a], 0);
+    ctx.cut[a] = cut[a].data();
+    ctx.line_marked[a] = line_marked[a].data();
+  }
+  const std::size_t nodes = n2 * n1 * tiles * tile_width;
+  mark.resize(nodes, 0);
+  failed.resize(nodes, 0);
+  ctx.fluid = fluid.data();
+  ctx.mark = mark.data();
+  ctx.failed = failed.data();
+  ctx.bodies = false;
+}
+
+void Flow::Core::store_state(int i, int j, int k, const State& s) {
+  const Gas& gas = options.gas;
+  const double value[5] = {s.rho, s.u, s.v, s.w, s.p / (s.rho * gas.gas_constant)};
+  const double conserved[5] = {s.rho, s.rho * s.u, s.rho * s.v, s.rho * s.w,
+                               s.p / (gas.heat_capacity_ratio - 1.0) +
+                                   0.5 * s.rho * (s.u * s.u + s.v * s.v + s.w * s.w)};
+  for (int f = 0; f < n_primitive; ++f) {
+    ctx.W.data[f * ctx.W.sf + i + j * ctx.W.sj + k * ctx.W.sk] = value[f];
+    ctx.Q.data[f * ctx.Q.sf + i + j * ctx.Q.sj + k * ctx.Q.sk] = conserved[f];
+  }
+}
+
+/// Lanes behind the last node compute with copies of it and are never used.
+void Flow::Core::fill_padding() {
+  const int n = ctx.n[0], end = ctx.tiles * tile_width;
+  for (int k = 0; k < ctx.n[2]; ++k) {
+    for (int j = 0; j < ctx.n[1]; ++j) {
+      for (int f = 0; f < n_primitive; ++f) {
+        double* q = ctx.Q.data + f * ctx.Q.sf + j * ctx.Q.sj + k * ctx.Q.sk;
+        double* w = ctx.W.data + f * ctx.W.sf + j * ctx.W.sj + k * ctx.W.sk;
+        for (int i = n; i < end; ++i) {
+          q[i] = q[n - 1];
+          w[i] = w[n - 1];
+        }
+      }
+    }
+  }
+}
+
+Flow::Flow(Grid grid, Boundaries boundaries, const FlowOptions& options)
+    : core_(std::make_unique<Core>(std::move(grid), boundaries, options)) {}
+Flow::~Flow() = default;
+Flow::Flow(Flow&&) noexcept = default;
+Flow& Flow::operator=(Flow&&) noexcept = default;
+
+const Grid& Flow::grid() const { return core_->grid; }
+const FlowOptions& Flow::options() const { return core_->options; }
+const Boundaries& Flow::boundaries() const { return core_->boundaries; }
+
+std::string_view Flow::instruction_set() const {
+  // The table carries the name of its namespace, isa_NAME.
+  return std::string_view(core_->kernels->name).substr(4);
+}
+
+FieldsView<double> Flow::primitives() {
+  const Block& b = core_->ctx.W;
+  return {b.data, b.sf, b.sj, b.sk};
+}
+FieldsView<const double> Flow::primitives() const {
+  const Block& b = core_->ctx.W;
+  return {b.data, b.sf, b.sj, b.sk};
+}
+FieldsView<const double> Flow::conserved() const {
+  const Block& b = core_->ctx.Q;
+  return {b.data, b.sf, b.sj, b.sk};
+}
+
+void Flow::set_state(const std::function<State(double, double, double)>& state) {
+  const Grid& g = core_->grid;
+  set_state_by_index([&](int i, int j, int k) { return state(g.axis[0].x(i), g.axis[1].x(j), g.axis[2].x(k)); });
+}
+
+void Flow::set_state_by_index(const std::function<State(int, int, int)>& state) {
+  Core& c = *core_;
+  for (int k = 0; k < c.ctx.n[2]; ++k) {
+    for (int j = 0; j < c.ctx.n[1]; ++j) {
+      for (int i = 0; i < c.ctx.n[0]; ++i) {
+        const State s = state(i, j, k);
+        if (!(s.rho > 0.0) || !(s.p > 0.0)) {
+          throw CaseError(fmt::format("initial state: density {} kg/m^3, pressure {} Pa at ({}, {}, {}) m; "
+                                      "both must be above 0", s.rho, s.p, c.grid.axis[0].x(i),
+                                      c.grid.axis[1].x(j), c.grid.axis[2].x(k)));
+        }
+        c.store_state(i, j, k, s);
+      }
+    }
+  }
+  c.fill_padding();
+  c.prepared = false;
+  c.fill_ghosts();
+}
+
+void Flow::fill_domain_ghosts() { core_->fill_ghosts(); }
+
+Totals Flow::totals() const {
+  const Core& c = *core_;
+  const Context& x = c.ctx;
+  std::vector<std::array<double, 5>> plane(static_cast<std::size_t>(x.n[2]), std::array<double, 5>{});
+#pragma omp parallel for schedule(static) num_threads(c.options.threads)
+  for (int k = 0; k < x.n[2]; ++k) {
+    for (int j = 0; j < x.n[1]; ++j) {
+      std::array<double, 5> row{};
+      for (int i = 0; i < x.n[0]; ++i) {
+        const std::size_t tile = static_cast<std::size_t>((k * x.n[1] + j) * x.tiles + i / tile_width);
+        if (((c.fluid[tile] >> (i % tile_width)) & 1) == 0) continue;
+        const double h = c.grid.axis[0].h(i);
+        const double* q = x.Q.data + i + j * x.Q.sj + k * x.Q.sk;
+        for (int f = 0; f < 5; ++f) row[static_cast<std::size_t>(f)] += h * q[f * x.Q.sf];
+      }
+      const double area = c.grid.axis[1].h(j) * c.grid.axis[2].h(k);
+      for (std::size_t f = 0; f < 5; ++f) plane[static_cast<std::size_t>(k)][f] += area * row[f];
+    }
+  }
+  std::array<double, 5> sum{};
+  for (const auto& p : plane) {
+    for (std::size_t f = 0; f < 5; ++f) sum[f] += p[f];
+  }
+  return {.mass = sum[0], .momentum = {sum[1], sum[2], sum[3]}, .energy = sum[4]};
+}
+
+std::vector<CheckpointPart> Flow::checkpoint() {
+  Core& c = *core_;
+  c.mark_copy.assign(c.mark.begin(), c.mark.end());
+  return {{"primitives", c.W.all()}, {"conserved", c.Q.all()}, {"marks", c.mark_copy}};
+}
+
+void Flow::restored() {
+  Core& c = *core_;
+  for (std::size_t i = 0; i < c.mark.size(); ++i) c.mark[i] = static_cast<std::uint8_t>(c.mark_copy[i]);
+  c.prepared = false;
+  c.ctx.any_mark = true;
+  c.set_line_marks();
+  if (c.bodies) c.take_topology(false);
+}
+
+std::span<const std::uint8_t> Flow::marks() const { return core_->mark; }
+
+}  // namespace ocublast::flow

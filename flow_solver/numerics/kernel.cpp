@@ -1,0 +1,30 @@
+// All kernels of one instruction set. Compiled once per set with its own OCU_ISA and flags.
+
+#include "flow_solver/numerics/kernel_segment.hpp"
+#include "flow_solver/numerics/kernel_sensor.hpp"
+
+namespace ocublast::flow::OCU_ISA {
+namespace {
+
+#define OCU_TEXT_OF(x) #x
+#define OCU_TEXT(x) OCU_TEXT_OF(x)
+
+std::size_t scratch_doubles(const Context& ctx) {
+  const Index longest = (face_doubles(ctx) / (face_record * tile_width)) + 16;
+  const Index lines = face_doubles(ctx) + longest * 5 * tile_width + tile_width * node_record * tile_width;
+  const Index segments = segment_doubles(ctx);
+  const Index gauss_planes = (static_cast<Index>(ctx.n[1]) + 9) * 3 * ctx.R.sf + 64;
+  const Index most = lines + segments > gauss_planes ? lines + segments : gauss_planes;
+  return static_cast<std::size_t>(most);
+}
+
+constexpr Kernels table{OCU_TEXT(OCU_ISA), scratch_doubles, bulk_plane,      gradient_plane, sweep_x,
+                        sweep_y,           sweep_segments,  update_row,      filter_x,       filter_y,
+                        filter_segments,   finish_plane,    restore_plane,   premark_plane,  theta_plane,
+                        sensor_plane,      diffusivity_plane};
+
+}  // namespace
+
+const Kernels& kernels() noexcept { return table; }
+
+}  // namespace ocublast::flow::OCU_ISA

@@ -1,0 +1,144 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "flow_solver/numerics/line_table.hpp"
+
+// The boundary between the time step and the kernels that are compiled per instruction set: plain
+// data only.
+
+namespace ocublast::flow {
+
+/// Fields beside the primitives in the same rows.
+enum StageField : int { field_bulk = 5, field_kappa = 6, field_beta = 7, field_mu = 8 };
+inline constexpr int n_stage_fields = 9;
+inline constexpr int tile_width = 8;  ///< nodes of one tile, lanes of one vector
+
+/// Fields side by side in rows: data is field 0 at node (0, 0, 0).
+struct Block {
+  double* data = nullptr;
+  std::ptrdiff_t sf = 0, sj = 0, sk = 0;
+};
+
+/// How a lane's line ends, for the first-order flux at marked nodes.
+enum class LaneEnd : int { mirrored_slip, mirrored_no_slip, domain_ghost, wall };
+
+/// One direction: tables (line_table.hpp) and metric, as pointers to entry of face or node 0.
+struct LineView {
+  int n = 1;
+  int face_begin = 0, face_end = 0;
+  bool periodic = false;
+  const double* flux = nullptr;
+  const double* filter = nullptr;
+  const double* flux_wrap = nullptr;
+  const double* filter_wrap = nullptr;
+  double flux_wrap_last = 0, flux_wrap_scale = 0, filter_wrap_last = 0, filter_wrap_scale = 0;
+  const double* inverse_face_spacing = nullptr;
+  const double* face_jacobian = nullptr;
+  const double* inverse_jacobian = nullptr;
+  const double* jacobian = nullptr;
+  LaneEnd low = LaneEnd::domain_ghost, high = LaneEnd::domain_ghost;
+};
+
+/// Eight cut segments (fewer at the end of a list) of one direction that are solved together.
+struct SegmentBatch {
+  int lanes = 0;               ///< used lanes; the others repeat lane 0 and are not stored
+  int length[tile_width] = {};
+  int begin[tile_width] = {};  ///< first node on its line
+  int b[tile_width] = {};      ///< line indices as in Segment
+  int c[tile_width] = {};
+  int wall_low[tile_width] = {};   ///< wall end, or -1
+  int wall_high[tile_width] = {};
+};
+
+/// Everything the kernels read and write during a step.
+struct Context {
+  int n[3] = {1, 1, 1};
+  bool present[3] = {false, false, false};
+  int tiles = 1;      ///< tiles of a row
+  int row_groups = 1; ///< groups of eight rows of a plane
+  double gamma = 1.4, gas_constant = 287.0;
+  bool heat = false;      ///< kappa (artificial or physical) acts
+  bool viscous = false;   ///< mu acts
+  bool bulk = false;      ///< beta acts
+  bool eighth_order = false;
+  bool filter = true;
+  Block W, R, Q, A, G;
+  LineView line[3];
+  /// Lines for cut segments: eliminated from a wall end or a domain ghost, and from a mirrored end,
+  /// long enough for every segment.
+  LineView from_ghost[3], from_mirror[3];
+
+  EndRows flux_end, filter_end;
+
+  // Byte masks, bit l for lane l of a tile or row group.
+  const std::uint8_t* fluid = nullptr;  ///< [k, j, tile]: fluid nodes
+  bool bodies = false;
+  const std::uint8_t* cut[3] = {};      ///< lanes whose line is cut: x [k, group], y [k, tile], z [j, tile]
+  const double* wall_ghost[3] = {};     ///< [wall, layer, primitive]
+  const std::uint8_t* line_marked[3] = {};  ///< same shapes as cut: lanes with a marked node
+  const std::uint8_t* mark = nullptr;   ///< [k, j, 8 tiles]: first-order nodes
+  std::uint8_t* failed = nullptr;       ///< same shape: nodes that failed the positivity test
+  bool any_mark = false;
+  // Artificial diffusivity.
+  double C_beta = 0, C_kappa = 0, C_mu = 0;
+  bool strain_sensor = false;
+  bool need_strain = false;
+  double cap = 0;           ///< 1/s: nu* <= cap n_present / sum 1/h^2
+  // Physical viscosity: mu = mu0 (constant) or Sutherland's.
+  double mu0 = 0, sutherland_T0 = 0, sutherland_S = 0, prandtl = 0.71;
+  bool sutherland = false;
+  // Stage.
+  int stage = 0;
+  double dt = 0;
+  double drop_limit = 0.05;  ///< a node fails below this part of its value one stage before
+  double floor_rho = 0, floor_p = 0;
+};
+
+/// Maxima of one plane.
+struct PlaneMaxima {
+  double convection = 0;   ///< 1/s, sum over directions of (|u| + c)/h
+  double diffusion = 0;    ///< 1/s, the spectral radius of the diffusive terms
+  double p_min = 1e300, p_max = 0;
+};
+
+/// One set of kernels. `scratch` is a thread's own buffer of scratch_doubles(ctx) doubles.
+struct Kernels {
+  const char* name;
+  std::size_t (*scratch_doubles)(const Context&);
+  /// W field_bulk = -beta theta in plane k.
+  void (*bulk_plane)(const Context&, int k);
+  /// Nodal velocity gradients of plane k into G (viscous flow).
+  void (*gradient_plane)(const Context&, int k);
+  /// x-lines of row groups [g0, g1): R = divergence of the x flux (0 on cut lines).
+  void (*sweep_x)(const Context&, double* scratch, int k, int g0, int g1);
+  /// y-lines of tiles [t0, t1): R += divergence of the y flux.
+  void (*sweep_y)(const Context&, double* scratch, int k, int t0, int t1);
+  /// R += divergence of the flux along cut segments.
+  void (*sweep_segments)(const Context&, double* scratch, int axis, const SegmentBatch&);
+  /// z sweep of row j, Runge-Kutta update, primitives, positivity test; in the last stage the new
+  /// conserved state, filtered along z, goes to A. Returns the number of failed nodes.
+  long (*update_row)(const Context&, double* scratch, int j);
+  void (*filter_x)(const Context&, double* scratch, int k, int g0, int g1);
+  void (*filter_y)(const Context&, double* scratch, int k, int t0, int t1);
+  void (*filter_segments)(const Context&, double* scratch, int axis, const SegmentBatch&);
+  /// Primitives of plane k from A with the positivity test. Returns the number of failed nodes.
+  long (*finish_plane)(const Context&, int k);
+  /// Primitives of plane k from Q (start of a redone step).
+  void (*restore_plane)(const Context&, int k);
+  /// Sets `failed` where a neighbour's pressure differs by more than the ratio. Returns their number.
+  long (*premark_plane)(const Context&, int k, double ratio);
+  /// Sensors: theta (and strain) into R, maxima of convection and pressure.
+  void (*theta_plane)(const Context&, int k, PlaneMaxima&);
+  /// Fourth differences of theta (or strain) and T into R.
+  void (*sensor_plane)(const Context&, int k);
+  /// Gaussian average, coefficients, cap, maximum of diffusion.
+  void (*diffusivity_plane)(const Context&, double* scratch, int k, PlaneMaxima&);
+};
+
+namespace isa_baseline { const Kernels& kernels() noexcept; }
+namespace isa_avx2 { const Kernels& kernels() noexcept; }
+namespace isa_avx512 { const Kernels& kernels() noexcept; }
+
+}  // namespace ocublast::flow

@@ -1,0 +1,269 @@
+#pragma once
+
+// Eighth-order implicit filter (Gaitonde and Visbal) in flux form on a pencil of conserved states
+// [node, 5] of eight lines: alpha G(j-1) + G(j) + alpha G(j+1) = sum of k_m [q(j+m-1) - q(j-m)],
+// q(i) += [J G](i+1)/J(i) - [J G](i)/J(i); the face jacobians keep sum J q on stretched grids.
+
+#include "flow_solver/numerics/kernel_sweep.hpp"
+
+namespace ocublast::flow::OCU_ISA {
+
+struct UniformFilter {
+  const double* rows;
+  const double* face_jacobian;
+  const double* inverse_jacobian;
+  OCU_INLINE Vec row(int j, int c) const { return splat(rows[static_cast<Index>(j) * filter_row_size + c]); }
+  OCU_INLINE Vec jacobian(int j) const { return splat(face_jacobian[j]); }
+  OCU_INLINE Vec inverse_h(int i) const { return splat(inverse_jacobian[i]); }
+};
+
+struct LaneFilter {
+  const double* rows;
+  const double* tail;
+  int split;
+  const double* face_jacobian;
+  const double* inverse_jacobian;
+  OCU_INLINE Vec row(int j, int c) const {
+    if (j < split) return splat(rows[static_cast<Index>(j) * filter_row_size + c]);
+    return load(tail + (static_cast<Index>(j - split) * filter_row_size + c) * tile_width);
+  }
+  OCU_INLINE Vec jacobian(int j) const { return load(face_jacobian + static_cast<Index>(j) * tile_width); }
+  OCU_INLINE Vec inverse_h(int i) const { return load(inverse_jacobian + static_cast<Index>(i) * tile_width); }
+};
+
+/// Conserved state of primitive values.
+OCU_INLINE void conserved_of(const Context& ctx, const Vec w[5], Vec q[5]) {
+  const Vec p = w[0] * splat(ctx.gas_constant) * w[4];
+  q[0] = w[0];
+  for (int a = 1; a < 4; ++a) q[a] = w[0] * w[a];
+  q[4] = p * splat(1.0 / (ctx.gamma - 1.0)) +
+         splat(0.5) * w[0] * (w[1] * w[1] + w[2] * w[2] + w[3] * w[3]);
+}
+
+/// Ghost nodes of a pencil along y or z: mirrored or periodic copies of the pencil itself, or the
+/// conserved state of the domain ghosts of the last stage.
+template <int D>
+OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, double* pencil) {
+  static_assert(D > 0);
+  const LineView& line = ctx.line[D];
+  const int n = ctx.n[D];
+  const Block& w = ctx.W;
+  const Index sl = D == 1 ? w.sj : w.sk;
+  const double* base = w.data + i0 + j * w.sj + k * w.sk;
+  const auto copy = [&](int to, int from, LaneEnd end) {
+    for (int f = 0; f < 5; ++f) {
+      Vec v = load(pencil + (static_cast<Index>(from) * 5 + f) * tile_width);
+      const bool flip = (end == LaneEnd::mirrored_slip && f == 1 + D) ||
+                        (end == LaneEnd::mirrored_no_slip && f >= 1 && f <= 3);
+      if (flip) v = -v;
+      store(pencil + (static_cast<Index>(to) * 5 + f) * tile_width, v);
+    }
+  };
+  const auto ghost = [&](int node) {
+    Vec p[5], q[5];
+    for (int f = 0; f < 5; ++f) p[f] = load(base + node * sl + f * w.sf);
+    conserved_of(ctx, p, q);
+    for (int f = 0; f < 5; ++f) store(pencil + (static_cast<Index>(node) * 5 + f) * tile_width, q[f]);
+  };
+  for (int m = 0; m < 4; ++m) {
+    if (line.periodic) {
+      copy(-1 - m, n - 1 - m, LaneEnd::domain_ghost);
+      copy(n + m, m, LaneEnd::domain_ghost);
+      continue;
+    }
+    if (line.low == LaneEnd::domain_ghost) ghost(-1 - m);
+    else copy(-1 - m, m, line.low);
+    if (line.high == LaneEnd::domain_ghost) ghost(n + m);
+    else copy(n + m, n - 1 - m, line.high);
+  }
+}
+
+/// Filter fluxes vanish at the faces of marked nodes.
+[[gnu::noinline]] inline void clear_marked(const Lanes& lanes, double* buf) {
+  for (int l = 0; l < tile_width; ++l) {
+    if (((lanes.active >> l) & 1u) == 0) continue;
+    for (int j = 0; j <= lanes.n[l]; ++j) {
+      const bool hit = (j > 0 && lanes.mark[l][(j - 1) * lanes.ml] != 0) ||
+                       (j < lanes.n[l] && lanes.mark[l][j * lanes.ml] != 0);
+      if (!hit) continue;
+      for (int f = 0; f < 5; ++f) buf[(static_cast<Index>(j) * face_record + f) * tile_width + l] = 0.0;
+    }
+  }
+}
+
+OCU_INLINE constexpr int filter_class(int axis, int f) {
+  if (f == 0 || f == 4) return 0;
+  return f == 1 + axis ? 1 : 2;
+}
+
+/// Filters nodes 0 .. n - 1 of the pencil in place; lanes in `keep` stay as they are.
+template <int D, class Coef>
+OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int face_end, const Coef& coef,
+                              double* buf, double* pencil, unsigned keep, const Lanes* marked) {
+  const auto node = [&](int i, int f) { return load(pencil + (static_cast<Index>(i) * 5 + f) * tile_width); };
+  const auto at = [&](int j) { return buf + static_cast<Index>(j) * face_record * tile_width; };
+  Vec g[5];
+  for (int f = 0; f < 5; ++f) g[f] = splat(0.0);
+  for (int j = face_begin; j <= face_end; ++j) {
+    const bool near_low = j < 0, near_high = j > n;
+#pragma GCC unroll 5
+    for (int f = 0; f < 5; ++f) {
+      Vec rhs = coef.row(j, 0) * (node(j, f) - node(j - 1, f));
+      // Beyond the pencil's end the weights are zero and nothing must be read.
+      if (!(near_low && j - 2 < -4) && !(near_high && j + 1 > n + 3)) {
+        rhs = rhs + coef.row(j, 1) * (node(j + 1, f) - node(j - 2, f));
+      }
+      if (!(near_low && j - 3 < -4) && !(near_high && j + 2 > n + 3)) {
+        rhs = rhs + coef.row(j, 2) * (node(j + 2, f) - node(j - 3, f));
+      }
+      if (!(near_low && j - 4 < -4) && !(near_high && j + 3 > n + 3)) {
+        rhs = rhs + coef.row(j, 3) * (node(j + 3, f) - node(j - 4, f));
+      }
+      const int k = 4 + 3 * filter_class(D, f);
+      g[f] = coef.row(j, k) * rhs - coef.row(j, k + 1) * g[f];
+      store(at(j) + f * tile_width, g[f]);
+    }
+  }
+  for (int j = face_end - 1; j >= 0; --j) {
+#pragma GCC unroll 5
+    for (int f = 0; f < 5; ++f) {
+      g[f] = load(at(j) + f * tile_width) - coef.row(j, 6 + 3 * filter_class(D, f)) * g[f];
+      store(at(j) + f * tile_width, g[f]);
+    }
+  }
+  if (line.periodic) {
+    for (int f = 0; f < 5; ++f) {
+      const Vec shift = (load(at(0) + f * tile_width) +
+                         splat(line.filter_wrap_last) * load(at(n - 1) + f * tile_width)) *
+                        splat(line.filter_wrap_scale);
+      for (int j = 0; j < n; ++j) {
+        store(at(j) + f * tile_width, load(at(j) + f * tile_width) - splat(line.filter_wrap[j]) * shift);
+      }
+      store(at(n) + f * tile_width, load(at(0) + f * tile_width));
+    }
+  }
+  if (marked != nullptr) clear_marked(*marked, buf);
+  Vec left[5];
+  for (int f = 0; f < 5; ++f) left[f] = coef.jacobian(0) * load(at(0) + f * tile_width);
+  for (int i = 0; i < n; ++i) {
+    const Vec jacobian = coef.jacobian(i + 1), inverse_h = coef.inverse_h(i);
+#pragma GCC unroll 5
+    for (int f = 0; f < 5; ++f) {
+      const Vec right = jacobian * load(at(i + 1) + f * tile_width);
+      Vec change = (right - left[f]) * inverse_h;
+      if ((keep & 0xffu) != 0) change = select(keep, splat(0.0), change);
+      double* q = pencil + (static_cast<Index>(i) * 5 + f) * tile_width;
+      store(q, load(q) + change);
+      left[f] = right;
+    }
+  }
+}
+
+/// z pencils of whole lines.
+OCU_INLINE void filter_line(const LineView& line, int n, const UniformFilter& coef, double* buf,
+                            double* pencil, unsigned keep, const Lanes* marked) {
+  filter_pencil<2>(line, n, line.face_begin, line.face_end, coef, buf, pencil, keep, marked);
+}
+
+inline void filter_x(const Context& ctx, double* scratch, int k, int g0, int g1) {
+  const LineView& line = ctx.line[0];
+  const int n = ctx.n[0];
+  double* buf = face_zero(scratch);
+  double* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
+  constexpr Index step = 5 * tile_width;
+  const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian};
+  for (int g = g0; g < g1; ++g) {
+    const int j0 = g * tile_width;
+    const unsigned rows = existing(j0, ctx.n[1]);
+    const Index flag = static_cast<Index>(k) * ctx.row_groups + g;
+    const unsigned cut = ctx.bodies ? ctx.cut[0][flag] : 0u;
+    if ((cut & rows) == rows) continue;
+    double* a_row[8];
+    const double* w_row[8];
+    for (int l = 0; l < tile_width; ++l) {
+      const int j = j0 + l < ctx.n[1] ? j0 + l : ctx.n[1] - 1;
+      a_row[l] = ctx.A.data + j * ctx.A.sj + k * ctx.A.sk;
+      w_row[l] = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
+    }
+    for (int t = 0; t < ctx.tiles; ++t) {
+      const Index i0 = static_cast<Index>(t) * tile_width;
+      for (int f = 0; f < 5; ++f) rows_to_nodes(a_row, f * ctx.A.sf + i0, pencil + i0 * step + f * tile_width, step);
+    }
+    const auto set = [&](int to, int f, Vec v) { store(pencil + static_cast<Index>(to) * step + f * tile_width, v); };
+    const auto get = [&](int from, int f) { return load(pencil + static_cast<Index>(from) * step + f * tile_width); };
+    const auto copy = [&](int to, int from, LaneEnd end) {
+      for (int f = 0; f < 5; ++f) {
+        const bool flip = (end == LaneEnd::mirrored_slip && f == 1) ||
+                          (end == LaneEnd::mirrored_no_slip && f >= 1 && f <= 3);
+        set(to, f, flip ? -get(from, f) : get(from, f));
+      }
+    };
+    const auto ghost = [&](int i) {
+      Vec w[5], q[5];
+      for (int f = 0; f < 5; ++f) {
+        double lane[8];
+        for (int l = 0; l < tile_width; ++l) lane[l] = w_row[l][f * ctx.W.sf + i];
+        w[f] = load(lane);
+      }
+      conserved_of(ctx, w, q);
+      for (int f = 0; f < 5; ++f) set(i, f, q[f]);
+    };
+    for (int m = 0; m < 4; ++m) {
+      if (line.periodic) {
+        copy(n + m, m, LaneEnd::domain_ghost);
+        copy(-1 - m, n - 1 - m, LaneEnd::domain_ghost);
+        continue;
+      }
+      if (line.high == LaneEnd::domain_ghost) ghost(n + m);
+      else copy(n + m, n - 1 - m, line.high);
+      if (line.low == LaneEnd::domain_ghost) ghost(-1 - m);
+      else copy(-1 - m, m, line.low);
+    }
+    const unsigned marked = ctx.any_mark ? ctx.line_marked[0][flag] & rows : 0u;
+    const Lanes lanes = whole_lanes<0>(ctx, 0, j0, k, marked);
+    filter_pencil<0>(line, n, line.face_begin, line.face_end, coef, buf, pencil, cut,
+                     marked != 0 ? &lanes : nullptr);
+    for (int t = 0; t < ctx.tiles; ++t) {
+      const Index i0 = static_cast<Index>(t) * tile_width;
+      for (int f = 0; f < 5; ++f) {
+        Vec r[8];
+        for (int a = 0; a < tile_width; ++a) r[a] = load(pencil + (i0 + a) * step + f * tile_width);
+        transpose(r);
+        for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) store(a_row[l] + f * ctx.A.sf + i0, r[l]);
+      }
+    }
+  }
+}
+
+inline void filter_y(const Context& ctx, double* scratch, int k, int t0, int t1) {
+  const LineView& line = ctx.line[1];
+  const int n = ctx.n[1];
+  double* buf = face_zero(scratch);
+  double* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
+  const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian};
+  for (int t = t0; t < t1; ++t) {
+    const int i0 = t * tile_width;
+    const Index flag = static_cast<Index>(k) * ctx.tiles + t;
+    const unsigned columns = existing(i0, ctx.n[0]);
+    const unsigned cut = ctx.bodies ? ctx.cut[1][flag] : 0u;
+    if ((cut & columns) == columns) continue;
+    double* a = ctx.A.data + i0 + k * ctx.A.sk;
+    for (int j = 0; j < n; ++j) {
+      for (int f = 0; f < 5; ++f) {
+        store(pencil + (static_cast<Index>(j) * 5 + f) * tile_width, load(a + j * ctx.A.sj + f * ctx.A.sf));
+      }
+    }
+    fill_filter_ghosts<1>(ctx, i0, 0, k, pencil);
+    const unsigned marked = ctx.any_mark ? ctx.line_marked[1][flag] & columns : 0u;
+    const Lanes lanes = whole_lanes<1>(ctx, i0, 0, k, marked);
+    filter_pencil<1>(line, n, line.face_begin, line.face_end, coef, buf, pencil, cut | ~columns,
+                     marked != 0 ? &lanes : nullptr);
+    for (int j = 0; j < n; ++j) {
+      for (int f = 0; f < 5; ++f) {
+        store(a + j * ctx.A.sj + f * ctx.A.sf, load(pencil + (static_cast<Index>(j) * 5 + f) * tile_width));
+      }
+    }
+  }
+}
+
+}  // namespace ocublast::flow::OCU_ISA

@@ -1,0 +1,371 @@
+#pragma once
+
+// Lines that a body cuts: up to eight segments side by side in a transposed scratch with four ghost
+// nodes at each end (wall ghosts or domain ghosts), solved by the same kernels. Elimination
+// coefficients are common from the start of the lines to the first face near a lane's end.
+
+#include "flow_solver/numerics/kernel_update.hpp"
+
+namespace ocublast::flow::OCU_ISA {
+
+OCU_INLINE Index segment_nodes(const Context& ctx) { return face_doubles(ctx) / (face_record * tile_width) + 16; }
+
+/// Scratch of a batch behind the face buffer: nodes, metric, tails.
+OCU_INLINE Index segment_doubles(const Context& ctx) {
+  return segment_nodes(ctx) * tile_width * (node_record + 3 + filter_row_size + 5);
+}
+
+/// Places in the scratch, node or face 0 of each.
+struct SegmentScratch {
+  double *buf, *nodes, *spacing, *inverse_h, *jacobian, *tail, *pencil;
+  OCU_INLINE SegmentScratch(const Context& ctx, double* scratch) {
+    const Index length = segment_nodes(ctx) * tile_width;
+    buf = face_zero(scratch);
+    double* at = scratch + face_doubles(ctx);
+    nodes = at + 8 * node_record * tile_width;
+    at += length * node_record;
+    spacing = at + 8 * tile_width;
+    at += length;
+    inverse_h = at + 8 * tile_width;
+    at += length;
+    jacobian = at + 8 * tile_width;
+    at += length;
+    tail = at;
+    at += length * filter_row_size;
+    pencil = at + 8 * 5 * tile_width;
+  }
+};
+
+/// Node of a lane's first node as (i, j, k).
+OCU_INLINE void origin_of(int axis, const SegmentBatch& s, int l, int o[3]) {
+  if (axis == 0) {
+    o[0] = s.begin[l];
+    o[1] = s.b[l];
+    o[2] = s.c[l];
+  } else if (axis == 1) {
+    o[0] = s.b[l];
+    o[1] = s.begin[l];
+    o[2] = s.c[l];
+  } else {
+    o[0] = s.b[l];
+    o[1] = s.c[l];
+    o[2] = s.begin[l];
+  }
+}
+
+OCU_INLINE Index offset_in(const Block& b, const int o[3]) { return o[0] + o[1] * b.sj + o[2] * b.sk; }
+
+OCU_INLINE Index stride_along(const Block& b, int axis) { return axis == 0 ? 1 : (axis == 1 ? b.sj : b.sk); }
+
+/// Kind of a lane's ends: walls, or what the domain has there.
+OCU_INLINE LaneEnd low_end(const Context& ctx, int axis, const SegmentBatch& s, int l) {
+  return s.wall_low[l] >= 0 ? LaneEnd::wall : ctx.line[axis].low;
+}
+OCU_INLINE LaneEnd high_end(const Context& ctx, int axis, const SegmentBatch& s, int l) {
+  return s.wall_high[l] >= 0 ? LaneEnd::wall : ctx.line[axis].high;
+}
+OCU_INLINE bool is_mirror(LaneEnd e) { return e == LaneEnd::mirrored_slip || e == LaneEnd::mirrored_no_slip; }
+
+OCU_INLINE int longest_of(const SegmentBatch& s) {
+  int n = 0;
+  for (int l = 0; l < s.lanes; ++l) n = s.length[l] > n ? s.length[l] : n;
+  return n;
+}
+OCU_INLINE int shortest_of(const SegmentBatch& s) {
+  int n = s.length[0];
+  for (int l = 1; l < s.lanes; ++l) n = s.length[l] < n ? s.length[l] : n;
+  return n;
+}
+
+/// Rows of the faces [split, end] of each lane with its own end closure, eliminated onwards from the
+/// common rows; zeros beyond a lane's end.
+OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const EndRows& e,
+                          const LaneEnd* high, const SegmentBatch& s, int split, int end, double* tail) {
+  for (int l = 0; l < tile_width; ++l) {
+    const int lane = l < s.lanes ? l : 0;
+    const int n = s.length[lane];
+    const bool mirror = is_mirror(high[lane]);
+    const int last = mirror ? n : n + 3;
+    double c_before[n_classes];
+    for (int p = 0; p < n_classes; ++p) {
+      c_before[p] = rows[static_cast<Index>(split - 1) * row_size + weights + 3 * p + 2];
+    }
+    for (int j = split; j <= end; ++j) {
+      double* out = tail + static_cast<Index>(j - split) * row_size * tile_width + l;
+      if (j > last) {
+        for (int c = 0; c < row_size; ++c) out[c * tile_width] = 0.0;
+        continue;
+      }
+      const int to_end = mirror ? 4 : n + 4 - j;
+      const int reach = to_end < 4 ? to_end : 4;
+      for (int c = 0; c < weights; ++c) out[c * tile_width] = e.weights[reach][c];
+      for (int p = 0; p < n_classes; ++p) {
+        double lower = e.alpha[reach], upper = e.alpha[reach];
+        bool zero = false;
+        if (j == last) {
+          upper = 0.0;
+          if (mirror) {
+            lower *= 2.0;
+            zero = !(p == 1 || (p == 2 && high[lane] == LaneEnd::mirrored_no_slip));
+          }
+        }
+        const double pivot = zero ? 0.0 : 1.0 / (1.0 - lower * c_before[p]);
+        double* row = out + (weights + 3 * p) * tile_width;
+        row[0] = pivot;
+        row[tile_width] = lower * pivot;
+        row[2 * tile_width] = upper * pivot;
+        c_before[p] = upper * pivot;
+      }
+    }
+  }
+}
+
+/// Everything about one lane that both solves need.
+struct SegmentLanes {
+  LaneEnd low[tile_width], high[tile_width];
+  int origin[tile_width][3];
+  int shortest, longest;
+};
+
+OCU_INLINE SegmentLanes lanes_of_batch(const Context& ctx, int axis, const SegmentBatch& s) {
+  SegmentLanes t;
+  t.shortest = shortest_of(s);
+  t.longest = longest_of(s);
+  for (int l = 0; l < tile_width; ++l) {
+    const int lane = l < s.lanes ? l : 0;
+    t.low[l] = low_end(ctx, axis, s, lane);
+    t.high[l] = high_end(ctx, axis, s, lane);
+    origin_of(axis, s, lane, t.origin[l]);
+  }
+  return t;
+}
+
+/// Metric of each lane by local face and node; constant beyond the line.
+OCU_INLINE void load_metric(const Context& ctx, int axis, const SegmentBatch& s, const SegmentLanes& t,
+                            const SegmentScratch& mem) {
+  const LineView& line = ctx.line[axis];
+  for (int l = 0; l < tile_width; ++l) {
+    const int begin = s.begin[l < s.lanes ? l : 0];
+    for (int i = -4; i <= t.longest + 4; ++i) {
+      const int at = begin + i < ctx.n[axis] + 3 ? begin + i : ctx.n[axis] + 3;
+      mem.spacing[i * tile_width + l] = line.inverse_face_spacing[at];
+      mem.inverse_h[i * tile_width + l] = line.inverse_jacobian[at];
+      mem.jacobian[i * tile_width + l] = line.face_jacobian[at];
+    }
+  }
+}
+
+/// Node values of a lane into the transposed scratch: fluid nodes, four ghosts at each end, then
+/// repetitions up to the longest lane. Diffusivities of ghosts are those of the end node.
+template <int D, bool Visc>
+OCU_INLINE void load_lane(const Context& ctx, const SegmentBatch& s, const SegmentLanes& t, int l,
+                          double* nodes) {
+  const int lane = l < s.lanes ? l : 0;
+  const int n = s.length[lane];
+  const Block& w = ctx.W;
+  const Index sl = stride_along(w, D);
+  const double* base = w.data + offset_in(w, t.origin[l]);
+  const Index gl = stride_along(ctx.G, D);
+  const double* g_base = Visc ? ctx.G.data + offset_in(ctx.G, t.origin[l]) : nullptr;
+  const int component[4] = {D == 0 ? 1 : (D == 1 ? 3 : 6), D == 0 ? 2 : (D == 1 ? 5 : 7), transverse_1[D],
+                            transverse_2[D]};
+  for (int i = -4; i < t.longest + 4; ++i) {
+    double* out = nodes + static_cast<Index>(i) * node_record * tile_width + l;
+    const int at = i < n + 4 ? i : n + 3;
+    const int inside = at < 0 ? 0 : (at >= n ? n - 1 : at);
+    const bool wall = (at < 0 && t.low[l] == LaneEnd::wall) || (at >= n && t.high[l] == LaneEnd::wall);
+    if (wall) {
+      const int index = at < 0 ? s.wall_low[lane] : s.wall_high[lane];
+      const int layer = at < 0 ? -1 - at : at - n;
+      const double* ghost = ctx.wall_ghost[D] + (static_cast<Index>(index) * 4 + layer) * 5;
+      for (int f = 0; f < 5; ++f) out[f * tile_width] = ghost[f];
+    } else {
+      for (int f = 0; f < 5; ++f) out[f * tile_width] = base[at * sl + f * w.sf];
+    }
+    // Diffusivities and bulk pressure are even about mirrored ends, else those of the end node.
+    const LaneEnd kind = at < 0 ? t.low[l] : t.high[l];
+    int smooth = inside;
+    if (at < 0 && is_mirror(kind) && -1 - at < n) smooth = -1 - at;
+    if (at >= n && is_mirror(kind) && at - n < n) smooth = 2 * n - 1 - at;
+    out[field_bulk * tile_width] = base[smooth * sl + field_bulk * w.sf];
+    out[field_kappa * tile_width] = base[smooth * sl + field_kappa * w.sf];
+    if constexpr (Visc) {
+      out[node_mu * tile_width] = base[smooth * sl + field_mu * w.sf];
+      for (int q = 0; q < 4; ++q) {
+        out[(node_gradient + q) * tile_width] = g_base[inside * gl + component[q] * ctx.G.sf];
+      }
+    }
+  }
+}
+
+/// Conserved states and marks of the lanes for first-order faces.
+template <int D>
+OCU_INLINE Lanes segment_lanes(const Context& ctx, const SegmentBatch& s, const SegmentLanes& t) {
+  Lanes lanes;
+  lanes.qf = ctx.Q.sf;
+  lanes.ql = stride_along(ctx.Q, D);
+  lanes.ml = D == 0 ? 1 : (D == 1 ? mark_row(ctx) : mark_row(ctx) * ctx.n[1]);
+  lanes.active = 0;
+  const Index wl = stride_along(ctx.W, D);
+  for (int l = 0; l < tile_width; ++l) {
+    const int lane = l < s.lanes ? l : 0;
+    const int* o = t.origin[l];
+    const int n = s.length[lane];
+    lanes.n[l] = n;
+    lanes.q[l] = ctx.Q.data + offset_in(ctx.Q, o);
+    lanes.mark[l] = ctx.mark + mark_at(ctx, o[0], o[1], o[2]);
+    lanes.low[l] = t.low[l];
+    lanes.high[l] = t.high[l];
+    const double* node = ctx.W.data + offset_in(ctx.W, o);
+    lanes.low_state[l] = node - wl;
+    lanes.high_state[l] = node + n * wl;
+    lanes.low_stride[l] = lanes.high_stride[l] = ctx.W.sf;
+    if (t.low[l] == LaneEnd::wall) {
+      lanes.low_state[l] = ctx.wall_ghost[D] + static_cast<Index>(s.wall_low[lane]) * 20;
+      lanes.low_stride[l] = 1;
+    }
+    if (t.high[l] == LaneEnd::wall) {
+      lanes.high_state[l] = ctx.wall_ghost[D] + static_cast<Index>(s.wall_high[lane]) * 20;
+      lanes.high_stride[l] = 1;
+    }
+    if (l >= s.lanes || !ctx.any_mark) continue;
+    for (int i = 0; i < n; ++i) {
+      if (lanes.mark[l][i * lanes.ml] != 0) lanes.active |= 1u << l;
+    }
+  }
+  return lanes;
+}
+
+template <int D, bool Visc, bool Eight>
+void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch& s) {
+  const SegmentScratch mem(ctx, scratch);
+  const SegmentLanes t = lanes_of_batch(ctx, D, s);
+  for (int l = 0; l < tile_width; ++l) load_lane<D, Visc>(ctx, s, t, l, mem.nodes);
+  load_metric(ctx, D, s, t, mem);
+  const LineView& common = is_mirror(t.low[0]) ? ctx.from_mirror[D] : ctx.from_ghost[D];
+  const int end = t.longest + 3;
+  lane_tail(common.flux, flux_row_size, 3, ctx.flux_end, t.high, s, t.shortest, end, mem.tail);
+  const LaneCoef coef{common.flux, mem.tail, t.shortest, mem.spacing, mem.inverse_h};
+  constexpr Index step = node_record * tile_width;
+  Source src{mem.nodes, tile_width, step, mem.nodes + node_mu * tile_width, {}, step};
+  for (int q = 0; q < 4; ++q) src.g[q] = mem.nodes + (node_gradient + q) * tile_width;
+  const GasVec gas(ctx);
+  const Walk walk = walk_of<Eight>(t.longest, -3, end);
+  Forward<Visc, Eight> forward;
+  start_forward<D>(forward, gas, src, walk.first, walk.missing_low);
+  forward_nodes<D>(forward, gas, src, walk.first, walk.last + 1, coef, mem.buf);
+  end_forward<D>(forward, walk.last, walk.missing_high, coef, mem.buf);
+  const auto sink = [&](int i, const Vec div[5]) {
+    for (int f = 0; f < 5; ++f) store(mem.pencil + (static_cast<Index>(i) * 5 + f) * tile_width, div[f]);
+  };
+  const Lanes lanes = segment_lanes<D>(ctx, s, t);
+  if (lanes.active == 0) {
+    backward<D, Visc>(t.longest, end, coef, mem.buf, sink);
+  } else {
+    LineView open = ctx.line[D];
+    open.periodic = false;
+    backward_slow<D, Visc>(ctx, open, t.longest, end, coef, mem.buf, &lanes, sink);
+  }
+  const Index rl = stride_along(ctx.R, D);
+  for (int l = 0; l < s.lanes; ++l) {
+    double* r = ctx.R.data + offset_in(ctx.R, t.origin[l]);
+    for (int i = 0; i < s.length[l]; ++i) {
+      for (int f = 0; f < 5; ++f) {
+        r[i * rl + f * ctx.R.sf] += mem.pencil[(static_cast<Index>(i) * 5 + f) * tile_width + l];
+      }
+    }
+  }
+}
+
+/// Conserved state of a wall or domain ghost of a lane.
+template <int D>
+OCU_INLINE void ghost_conserved(const Context& ctx, const double* w, Index stride, double out[5]) {
+  const double u[3] = {w[stride], w[2 * stride], w[3 * stride]};
+  const PointState p = point_from_primitive(ctx, w[0], u, w[4 * stride]);
+  for (int f = 0; f < 5; ++f) out[f] = p.q[f];
+}
+
+template <int D>
+OCU_INLINE void load_filter_lane(const Context& ctx, const SegmentBatch& s, const SegmentLanes& t, int l,
+                                 double* pencil) {
+  const int lane = l < s.lanes ? l : 0;
+  const int n = s.length[lane];
+  const double* a = ctx.A.data + offset_in(ctx.A, t.origin[l]);
+  const Index al = stride_along(ctx.A, D), wl = stride_along(ctx.W, D);
+  const double* w = ctx.W.data + offset_in(ctx.W, t.origin[l]);
+  for (int i = -4; i < t.longest + 4; ++i) {
+    double* out = pencil + static_cast<Index>(i) * 5 * tile_width + l;
+    const int at = i < n + 4 ? i : n + 3;
+    double q[5];
+    const bool low = at < 0, high = at >= n;
+    const LaneEnd end = low ? t.low[l] : t.high[l];
+    const int layer = low ? -1 - at : at - n;
+    if (!low && !high) {
+      for (int f = 0; f < 5; ++f) q[f] = a[at * al + f * ctx.A.sf];
+    } else if (end == LaneEnd::wall) {
+      const int index = low ? s.wall_low[lane] : s.wall_high[lane];
+      ghost_conserved<D>(ctx, ctx.wall_ghost[D] + (static_cast<Index>(index) * 4 + layer) * 5, 1, q);
+    } else if (is_mirror(end) && layer < n) {
+      const int from = low ? layer : n - 1 - layer;
+      for (int f = 0; f < 5; ++f) {
+        const bool flip = f == 1 + D || (end == LaneEnd::mirrored_no_slip && f >= 1 && f <= 3);
+        const double v = a[from * al + f * ctx.A.sf];
+        q[f] = flip ? -v : v;
+      }
+    } else {
+      ghost_conserved<D>(ctx, w + at * wl, ctx.W.sf, q);
+    }
+    for (int f = 0; f < 5; ++f) out[f * tile_width] = q[f];
+  }
+}
+
+template <int D>
+void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatch& s) {
+  const SegmentScratch mem(ctx, scratch);
+  const SegmentLanes t = lanes_of_batch(ctx, D, s);
+  for (int l = 0; l < tile_width; ++l) load_filter_lane<D>(ctx, s, t, l, mem.pencil);
+  load_metric(ctx, D, s, t, mem);
+  const LineView& common = is_mirror(t.low[0]) ? ctx.from_mirror[D] : ctx.from_ghost[D];
+  const int end = t.longest + 3;
+  lane_tail(common.filter, filter_row_size, 4, ctx.filter_end, t.high, s, t.shortest, end, mem.tail);
+  const LaneFilter coef{common.filter, mem.tail, t.shortest, mem.jacobian, mem.inverse_h};
+  const Lanes lanes = segment_lanes<D>(ctx, s, t);
+  LineView open = ctx.line[D];
+  open.periodic = false;
+  filter_pencil<D>(open, t.longest, -3, end, coef, mem.buf, mem.pencil, 0u,
+                   lanes.active != 0 ? &lanes : nullptr);
+  const Index al = stride_along(ctx.A, D);
+  for (int l = 0; l < s.lanes; ++l) {
+    double* a = ctx.A.data + offset_in(ctx.A, t.origin[l]);
+    for (int i = 0; i < s.length[l]; ++i) {
+      for (int f = 0; f < 5; ++f) {
+        a[i * al + f * ctx.A.sf] = mem.pencil[(static_cast<Index>(i) * 5 + f) * tile_width + l];
+      }
+    }
+  }
+}
+
+template <int D>
+OCU_INLINE void sweep_segment_axis(const Context& ctx, double* scratch, const SegmentBatch& s) {
+  if (ctx.viscous) {
+    if (ctx.eighth_order) sweep_segment_batch<D, true, true>(ctx, scratch, s);
+    else sweep_segment_batch<D, true, false>(ctx, scratch, s);
+  } else {
+    if (ctx.eighth_order) sweep_segment_batch<D, false, true>(ctx, scratch, s);
+    else sweep_segment_batch<D, false, false>(ctx, scratch, s);
+  }
+}
+
+inline void sweep_segments(const Context& ctx, double* scratch, int axis, const SegmentBatch& s) {
+  if (axis == 0) sweep_segment_axis<0>(ctx, scratch, s);
+  if (axis == 1) sweep_segment_axis<1>(ctx, scratch, s);
+  if (axis == 2) sweep_segment_axis<2>(ctx, scratch, s);
+}
+
+inline void filter_segments(const Context& ctx, double* scratch, int axis, const SegmentBatch& s) {
+  if (axis == 0) filter_segment_batch<0>(ctx, scratch, s);
+  if (axis == 1) filter_segment_batch<1>(ctx, scratch, s);
+  if (axis == 2) filter_segment_batch<2>(ctx, scratch, s);
+}
+
+}  // namespace ocublast::flow::OCU_ISA

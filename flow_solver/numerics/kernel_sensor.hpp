@@ -1,0 +1,331 @@
+#pragma once
+
+// Artificial diffusivity, once per step (seed eqs. 10-12, after Kawai and Lele 2008): explicit fourth
+// differences of the dilatation (in compression only) or of the strain rate, and of the internal
+// energy; nine-point Gaussian (Cook and Cabot 2005); cap on the diffusivities. In R: field 0 theta,
+// 1 bulk sensor, 2 heat sensor, 3 strain rate, 4 shear sensor.
+
+#include "flow_solver/numerics/kernel_update.hpp"
+
+namespace ocublast::flow::OCU_ISA {
+
+enum SensorField : int { sensor_theta = 0, sensor_bulk = 1, sensor_heat = 2, sensor_strain = 3, sensor_shear = 4 };
+
+// Truncated Gaussian of width four cells; sum one, no response to the shortest wave.
+inline constexpr double gauss[5] = {3565.0 / 10368.0, 3091.0 / 12960.0, 1997.0 / 25920.0, 149.0 / 12960.0,
+                                    107.0 / 103680.0};
+// Spectral radius of the discrete diffusion by h^2: the compact derivative of the central dilatation
+// (largest product of both symbols), and the narrow second difference.
+inline constexpr double bulk_radius = 1.76;
+inline constexpr double narrow_radius = 4.0;
+
+OCU_INLINE Index stride_of(const Block& b, int axis) { return axis == 0 ? 1 : (axis == 1 ? b.sj : b.sk); }
+
+/// Metric along an axis at node vector i0 of row j, plane k.
+OCU_INLINE Vec along(const double* const values[3], int axis, int i0, int j, int k) {
+  if (axis == 0) return load(values[0] + i0);
+  return splat(axis == 1 ? values[1][j] : values[2][k]);
+}
+
+struct Metrics {
+  const double* h[3];
+  const double* inverse[3];
+  OCU_INLINE explicit Metrics(const Context& ctx) {
+    for (int a = 0; a < 3; ++a) {
+      h[a] = ctx.line[a].jacobian;
+      inverse[a] = ctx.line[a].inverse_jacobian;
+    }
+  }
+};
+
+/// Second-order central dilatation at the node vector w.
+OCU_INLINE Vec dilatation(const Context& ctx, const Metrics& m, const double* w, int i0, int j, int k) {
+  const Block& b = ctx.W;
+  Vec theta = splat(0.0);
+  for (int a = 0; a < 3; ++a) {
+    if (!ctx.present[a]) continue;
+    const Index s = stride_of(b, a);
+    const double* u = w + (1 + a) * b.sf;
+    theta = theta + (load(u + s) - load(u - s)) * (splat(0.5) * along(m.inverse, a, i0, j, k));
+  }
+  return theta;
+}
+
+OCU_INLINE Vec fourth_difference(const double* p, Index s) {
+  return (load(p - 2 * s) + load(p + 2 * s)) - splat(4.0) * (load(p - s) + load(p + s)) + splat(6.0) * load(p);
+}
+
+/// Magnitude of the strain rate tensor, seed eq. 12.
+OCU_INLINE Vec strain_rate(const Context& ctx, const Metrics& m, const double* w, int i0, int j, int k) {
+  Vec g[3][3];
+  const Block& b = ctx.W;
+  for (int a = 0; a < 3; ++a) {
+    for (int d = 0; d < 3; ++d) {
+      g[a][d] = splat(0.0);
+      if (!ctx.present[d]) continue;
+      const Index s = stride_of(b, d);
+      const double* u = w + (1 + a) * b.sf;
+      g[a][d] = (load(u + s) - load(u - s)) * (splat(0.5) * along(m.inverse, d, i0, j, k));
+    }
+  }
+  Vec sum = splat(0.0);
+  for (int a = 0; a < 3; ++a) {
+    for (int d = 0; d < 3; ++d) {
+      const Vec half = splat(0.5) * (g[a][d] + g[d][a]);
+      sum = sum + half * half;
+    }
+  }
+  return vsqrt(sum);
+}
+
+inline void bulk_plane(const Context& ctx, int k) {
+  const Metrics m(ctx);
+  const Block& b = ctx.W;
+  double* plane = b.data + k * b.sk + field_bulk * b.sf;
+  const int n0 = ctx.n[0], n1 = ctx.n[1];
+  for (int j = 0; j < n1; ++j) {
+    double* row = plane + j * b.sj;
+    for (int t = 0; t < ctx.tiles; ++t) {
+      const int i0 = t * tile_width;
+      const double* w = row - field_bulk * b.sf + i0;
+      store(row + i0, -(load(w + field_beta * b.sf) * dilatation(ctx, m, w, i0, j, k)));
+    }
+    const LineView& x = ctx.line[0];
+    for (int g = 0; g < 4; ++g) {
+      const int low = x.periodic ? n0 - 1 - g : (x.low == LaneEnd::domain_ghost ? 0 : g);
+      const int high = x.periodic ? g : (x.high == LaneEnd::domain_ghost ? n0 - 1 : n0 - 1 - g);
+      row[n0 + g] = row[high];
+      row[-1 - g] = row[low];
+    }
+  }
+  if (!ctx.present[1]) return;
+  const LineView& y = ctx.line[1];
+  for (int g = 0; g < 4; ++g) {
+    const int low = y.periodic ? n1 - 1 - g : (y.low == LaneEnd::domain_ghost ? 0 : g);
+    const int high = y.periodic ? g : (y.high == LaneEnd::domain_ghost ? n1 - 1 : n1 - 1 - g);
+    for (int t = 0; t < ctx.tiles; ++t) {
+      const int i0 = t * tile_width;
+      store(plane + (-1 - g) * b.sj + i0, load(plane + low * b.sj + i0));
+      store(plane + (n1 + g) * b.sj + i0, load(plane + high * b.sj + i0));
+    }
+  }
+}
+
+/// Fourth-order central velocity gradients, also at the first ghosts.
+inline void gradient_plane(const Context& ctx, int k) {
+  const Metrics m(ctx);
+  const Block& b = ctx.W;
+  const int edge = ctx.present[1] ? 1 : 0;
+  for (int j = -edge; j < ctx.n[1] + edge; ++j) {
+    for (int t = -1; t <= ctx.tiles; ++t) {
+      const int i0 = t * tile_width;
+      const double* w = b.data + i0 + j * b.sj + k * b.sk;
+      double* g = ctx.G.data + i0 + j * ctx.G.sj + k * ctx.G.sk;
+      for (int d = 0; d < 3; ++d) {
+        const Index s = stride_of(b, d);
+        for (int a = 0; a < 3; ++a) {
+          const double* u = w + (1 + a) * b.sf;
+          Vec slope = splat(0.0);
+          if (ctx.present[d]) {
+            slope = (splat(8.0) * (load(u + s) - load(u - s)) - (load(u + 2 * s) - load(u - 2 * s))) *
+                    (splat(1.0 / 12.0) * along(m.inverse, d, i0, j, k));
+          }
+          store(g + (3 * a + d) * ctx.G.sf, slope);
+        }
+      }
+    }
+  }
+}
+
+inline void theta_plane(const Context& ctx, int k, PlaneMaxima& out) {
+  const Metrics m(ctx);
+  const Block& b = ctx.W;
+  Vec convection = splat(0.0), p_max = splat(0.0), p_min = splat(1e300);
+  const Vec gamma_R = splat(ctx.gamma * ctx.gas_constant), R = splat(ctx.gas_constant);
+  for (int j = 0; j < ctx.n[1]; ++j) {
+    for (int t = 0; t < ctx.tiles; ++t) {
+      const int i0 = t * tile_width;
+      const double* w = b.data + i0 + j * b.sj + k * b.sk;
+      double* r = ctx.R.data + i0 + j * ctx.R.sj + k * ctx.R.sk;
+      store(r + sensor_theta * ctx.R.sf, dilatation(ctx, m, w, i0, j, k));
+      if (ctx.need_strain) store(r + sensor_strain * ctx.R.sf, strain_rate(ctx, m, w, i0, j, k));
+      const unsigned fluid = ctx.fluid[tile_at(ctx, t, j, k)];
+      const Vec T = load(w + 4 * b.sf);
+      const Vec c = vsqrt(gamma_R * T);
+      const Vec p = load(w) * R * T;
+      Vec rate = splat(0.0);
+      for (int a = 0; a < 3; ++a) {
+        if (ctx.present[a]) rate = rate + (vabs(load(w + (1 + a) * b.sf)) + c) * along(m.inverse, a, i0, j, k);
+      }
+      if (fluid == 0xffu) {
+        convection = vmax(convection, rate);
+        p_max = vmax(p_max, p);
+        p_min = vmin(p_min, p);
+      } else {
+        convection = vmax(convection, select(fluid, rate, convection));
+        p_max = vmax(p_max, select(fluid, p, p_max));
+        p_min = vmin(p_min, select(fluid, p, p_min));
+      }
+    }
+  }
+  out.convection = largest_lane(convection);
+  out.p_max = largest_lane(p_max);
+  out.p_min = smallest_lane(p_min);
+}
+
+inline long premark_plane(const Context& ctx, int k, double ratio) {
+  const Block& b = ctx.W;
+  const Vec X = splat(ratio), R = splat(ctx.gas_constant);
+  long count = 0;
+  for (int j = 0; j < ctx.n[1]; ++j) {
+    for (int t = 0; t < ctx.tiles; ++t) {
+      const double* w = b.data + t * tile_width + j * b.sj + k * b.sk;
+      const double* T = w + 4 * b.sf;
+      const Vec p = load(w) * R * load(T);
+      const Vec high = X * p;
+      unsigned hit = 0;
+      for (int a = 0; a < 3; ++a) {
+        if (!ctx.present[a]) continue;
+        const Index s = stride_of(b, a);
+        for (int side = -1; side <= 1; side += 2) {
+          const Index d = side * s;
+          const Vec other = load(w + d) * R * load(T + d);
+          hit |= less(high, other) | less(X * other, p);
+        }
+      }
+      hit &= ctx.fluid[tile_at(ctx, t, j, k)];
+      if (hit != 0) count += note_failures(ctx, hit, t * tile_width, j, k);
+    }
+  }
+  return count;
+}
+
+inline void sensor_plane(const Context& ctx, int k) {
+  const Metrics m(ctx);
+  const Block& r = ctx.R;
+  const Vec cv = splat(ctx.gas_constant / (ctx.gamma - 1.0)), zero = splat(0.0);
+  for (int j = 0; j < ctx.n[1]; ++j) {
+    for (int t = 0; t < ctx.tiles; ++t) {
+      const int i0 = t * tile_width;
+      double* at = r.data + i0 + j * r.sj + k * r.sk;
+      const double* T = ctx.W.data + i0 + j * ctx.W.sj + k * ctx.W.sk + 4 * ctx.W.sf;
+      const double* bulk_of = at + (ctx.strain_sensor ? sensor_strain : sensor_theta) * r.sf;
+      Vec bulk = zero, heat = zero, shear = zero;
+      for (int a = 0; a < 3; ++a) {
+        if (!ctx.present[a]) continue;
+        const Vec h = along(m.h, a, i0, j, k);
+        bulk = bulk + h * h * fourth_difference(bulk_of, stride_of(r, a));
+        heat = heat + h * fourth_difference(T, stride_of(ctx.W, a));
+        if (ctx.need_strain) shear = shear + h * h * fourth_difference(at + sensor_strain * r.sf, stride_of(r, a));
+      }
+      bulk = vabs(bulk);
+      if (!ctx.strain_sensor) bulk = select(less(load(at + sensor_theta * r.sf), zero), bulk, zero);
+      heat = vabs(cv * heat);
+      shear = vabs(shear);
+      const unsigned fluid = ctx.fluid[tile_at(ctx, t, j, k)];
+      if (fluid != 0xffu) {
+        bulk = select(fluid, bulk, zero);
+        heat = select(fluid, heat, zero);
+        shear = select(fluid, shear, zero);
+      }
+      store(at + sensor_bulk * r.sf, bulk);
+      store(at + sensor_heat * r.sf, heat);
+      if (ctx.need_strain) store(at + sensor_shear * r.sf, shear);
+    }
+  }
+}
+
+OCU_INLINE Vec gauss_sum(const double* p, Index s) {
+  Vec sum = splat(gauss[0]) * load(p);
+#pragma GCC unroll 4
+  for (int d = 1; d <= 4; ++d) sum = sum + splat(gauss[d]) * (load(p - d * s) + load(p + d * s));
+  return sum;
+}
+
+/// Shear viscosity of the gas: constant, or Sutherland's law (needs T^1.5 = T sqrt T).
+OCU_INLINE Vec gas_viscosity(const Context& ctx, Vec T) {
+  if (!ctx.sutherland) return splat(ctx.mu0);
+  const Vec ratio = T * splat(1.0 / ctx.sutherland_T0);
+  return splat(ctx.mu0) * ratio * vsqrt(ratio) *
+         (splat(ctx.sutherland_T0 + ctx.sutherland_S) / (T + splat(ctx.sutherland_S)));
+}
+
+struct Diffusivity {
+  Vec bulk, heat, shear;  ///< averaged sensors
+};
+
+/// Coefficients of one node vector from the averaged sensors; returns the diffusion rate.
+OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Diffusivity& s, int i0, int j,
+                                  int k) {
+  const Block& b = ctx.W;
+  double* w = b.data + i0 + j * b.sj + k * b.sk;
+  const Vec rho = load(w), T = load(w + 4 * b.sf);
+  Vec inverse_h2 = splat(0.0);
+  double directions = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    if (!ctx.present[a]) continue;
+    const Vec inverse = along(m.inverse, a, i0, j, k);
+    inverse_h2 = inverse_h2 + inverse * inverse;
+    directions += 1.0;
+  }
+  const Vec nu_cap = splat(ctx.cap * directions) / inverse_h2;
+  const Vec c = vsqrt(splat(ctx.gamma * ctx.gas_constant) * T);
+  const double heat_to_nu = (ctx.gamma - 1.0) / ctx.gas_constant;
+  const Vec beta_nu = vmin(splat(ctx.C_beta) * s.bulk, nu_cap);
+  Vec kappa = vmin(splat(ctx.C_kappa) * (c / T) * s.heat * splat(heat_to_nu), nu_cap) * rho *
+              splat(1.0 / heat_to_nu);
+  Vec rate = splat(bulk_radius) * beta_nu;
+  if (ctx.viscous) {
+    const Vec mu_gas = gas_viscosity(ctx, T);
+    const Vec mu = vmin(splat(ctx.C_mu) * s.shear, nu_cap) * rho + mu_gas;
+    kappa = kappa + mu_gas * splat(ctx.gamma * ctx.gas_constant / ((ctx.gamma - 1.0) * ctx.prandtl));
+    store(w + field_mu * b.sf, mu);
+    rate = vmax(rate, splat(narrow_radius * 4.0 / 3.0) * mu / rho);
+  }
+  rate = vmax(rate, splat(narrow_radius * heat_to_nu) * kappa / rho);
+  store(w + field_beta * b.sf, beta_nu * rho);
+  store(w + field_kappa * b.sf, kappa);
+  return rate * inverse_h2;
+}
+
+inline void diffusivity_plane(const Context& ctx, double* scratch, int k, PlaneMaxima& out) {
+  const Metrics m(ctx);
+  const Block& r = ctx.R;
+  const int fields = ctx.need_strain ? 3 : 2;
+  const int field[3] = {sensor_bulk, sensor_heat, sensor_shear};
+  const Index width = r.sf;  // a row with its margins; node 0 at 8
+  const int low = ctx.present[1] ? -4 : 0, rows = ctx.n[1] + (ctx.present[1] ? 8 : 0);
+  double* averaged_z = scratch;
+  double* averaged_y = scratch + static_cast<Index>(rows) * 3 * width;
+  const Index first = -tile_width;
+  for (int jj = 0; jj < rows; ++jj) {
+    for (int f = 0; f < fields; ++f) {
+      const double* from = r.data + (low + jj) * r.sj + k * r.sk + field[f] * r.sf + first;
+      double* to = averaged_z + (static_cast<Index>(jj) * 3 + f) * width;
+      for (Index i = 0; i < width; i += tile_width) {
+        store(to + i, ctx.present[2] ? gauss_sum(from + i, r.sk) : load(from + i));
+      }
+    }
+  }
+  Vec worst = splat(0.0);
+  for (int j = 0; j < ctx.n[1]; ++j) {
+    for (int f = 0; f < fields; ++f) {
+      const double* from = averaged_z + (static_cast<Index>(j - low) * 3 + f) * width;
+      for (Index i = 0; i < width; i += tile_width) {
+        store(averaged_y + f * width + i, ctx.present[1] ? gauss_sum(from + i, 3 * width) : load(from + i));
+      }
+    }
+    for (int t = 0; t < ctx.tiles; ++t) {
+      const int i0 = t * tile_width;
+      const double* at = averaged_y + tile_width + i0;
+      Diffusivity s{gauss_sum(at, 1), gauss_sum(at + width, 1), splat(0.0)};
+      if (ctx.need_strain) s.shear = gauss_sum(at + 2 * width, 1);
+      const Vec rate = store_coefficients(ctx, m, s, i0, j, k);
+      const unsigned fluid = ctx.fluid[tile_at(ctx, t, j, k)];
+      worst = vmax(worst, fluid == 0xffu ? rate : select(fluid, rate, worst));
+    }
+  }
+  out.diffusion = largest_lane(worst);
+}
+
+}  // namespace ocublast::flow::OCU_ISA

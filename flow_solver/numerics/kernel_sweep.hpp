@@ -1,0 +1,238 @@
+#pragma once
+
+// Sweeps over whole lines of a direction, eight at a time: x through a transposed block of eight
+// nodes, y straight from the rows. z is part of the update (kernel_update.hpp).
+
+#include "flow_solver/numerics/kernel_marked.hpp"
+
+namespace ocublast::flow::OCU_ISA {
+
+/// Vectors per node in a transposed block: primitives, bulk, kappa, mu, four gradients.
+inline constexpr int node_record = 12;
+inline constexpr int node_mu = 7;
+inline constexpr int node_gradient = 8;
+
+OCU_INLINE Index face_doubles(const Context& ctx) {
+  const int a = ctx.n[0] > ctx.n[1] ? ctx.n[0] : ctx.n[1];
+  const int longest = a > ctx.n[2] ? a : ctx.n[2];
+  return static_cast<Index>(longest + 24) * face_record * tile_width;
+}
+/// Face 0 of the buffer at the head of the scratch.
+OCU_INLINE double* face_zero(double* scratch) { return scratch + face_margin * face_record * tile_width; }
+
+OCU_INLINE Index mark_row(const Context& ctx) { return static_cast<Index>(ctx.tiles) * tile_width; }
+OCU_INLINE Index mark_at(const Context& ctx, int i, int j, int k) {
+  return (static_cast<Index>(k) * ctx.n[1] + j) * mark_row(ctx) + i;
+}
+OCU_INLINE Index tile_at(const Context& ctx, int tile, int j, int k) {
+  return (static_cast<Index>(k) * ctx.n[1] + j) * ctx.tiles + tile;
+}
+
+OCU_INLINE UniformCoef uniform_coef(const LineView& line) {
+  return {line.flux, line.inverse_face_spacing, line.inverse_jacobian};
+}
+
+/// Lanes of a group of whole lines along axis D; first lane at node (i, j, k), next lane along x (y
+/// and z lines) or along y (x-lines).
+template <int D>
+OCU_INLINE Lanes whole_lanes(const Context& ctx, int i, int j, int k, unsigned active) {
+  Lanes s;
+  const Block& q = ctx.Q;
+  const Block& w = ctx.W;
+  s.qf = q.sf;
+  s.ql = D == 0 ? 1 : (D == 1 ? q.sj : q.sk);
+  s.ml = D == 0 ? 1 : (D == 1 ? mark_row(ctx) : mark_row(ctx) * ctx.n[1]);
+  const Index wl = D == 0 ? 1 : (D == 1 ? w.sj : w.sk);
+  s.active = active;
+  for (int l = 0; l < tile_width; ++l) {
+    int ii = i, jj = j;
+    if (D == 0) jj = j + l < ctx.n[1] ? j + l : ctx.n[1] - 1;
+    else ii = i + l;
+    s.q[l] = q.data + ii + jj * q.sj + k * q.sk;
+    s.mark[l] = ctx.mark + mark_at(ctx, ii, jj, k);
+    s.n[l] = ctx.n[D];
+    s.low[l] = ctx.line[D].low;
+    s.high[l] = ctx.line[D].high;
+    const double* node = w.data + ii + jj * w.sj + k * w.sk;
+    s.low_state[l] = node - wl;
+    s.high_state[l] = node + ctx.n[D] * wl;
+    s.low_stride[l] = s.high_stride[l] = w.sf;
+  }
+  return s;
+}
+
+/// Bits of the rows (j0 + l < n) or columns that exist.
+OCU_INLINE unsigned existing(int first, int n) {
+  const int count = n - first;
+  return count >= tile_width ? 0xffu : (1u << count) - 1u;
+}
+
+/// Rows of one field of eight x-lines to one vector per node, or back.
+OCU_INLINE void rows_to_nodes(const double* const row[8], Index offset, double* out, Index step) {
+  Vec r[8];
+  for (int l = 0; l < tile_width; ++l) r[l] = load(row[l] + offset);
+  transpose(r);
+  for (int a = 0; a < tile_width; ++a) store(out + a * step, r[a]);
+}
+
+template <bool Visc>
+OCU_INLINE void load_x_block(const Context& ctx, const double* const row[8], const double* const g_row[8],
+                             int i0, double* block) {
+  constexpr Index step = node_record * tile_width;
+  for (int f = 0; f <= field_kappa; ++f) rows_to_nodes(row, f * ctx.W.sf + i0, block + f * tile_width, step);
+  if constexpr (Visc) {
+    rows_to_nodes(row, field_mu * ctx.W.sf + i0, block + node_mu * tile_width, step);
+    const int component[4] = {shear_partner[0][1], shear_partner[0][2], transverse_1[0], transverse_2[0]};
+    for (int q = 0; q < 4; ++q) {
+      rows_to_nodes(g_row, component[q] * ctx.G.sf + i0, block + (node_gradient + q) * tile_width, step);
+    }
+  }
+}
+
+template <bool Visc, bool Eight>
+void sweep_x_group(const Context& ctx, double* scratch, int k, int group) {
+  const LineView& line = ctx.line[0];
+  const int n = ctx.n[0], j0 = group * tile_width;
+  const unsigned rows = existing(j0, ctx.n[1]);
+  const Index flag = static_cast<Index>(k) * ctx.row_groups + group;
+  const unsigned cut = ctx.bodies ? ctx.cut[0][flag] : 0u;
+  double* r_row[8];
+  const double* w_row[8];
+  const double* g_row[8];
+  for (int l = 0; l < tile_width; ++l) {
+    const int j = j0 + l < ctx.n[1] ? j0 + l : ctx.n[1] - 1;
+    r_row[l] = ctx.R.data + j * ctx.R.sj + k * ctx.R.sk;
+    w_row[l] = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
+    g_row[l] = ctx.G.data == nullptr ? nullptr : ctx.G.data + j * ctx.G.sj + k * ctx.G.sk;
+  }
+  if ((cut & rows) == rows) {
+    for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) {
+      for (int f = 0; f < 5; ++f) {
+        for (int t = 0; t < ctx.tiles; ++t) store(r_row[l] + f * ctx.R.sf + t * tile_width, splat(0.0));
+      }
+    }
+    return;
+  }
+  double* buf = face_zero(scratch);
+  double* block = scratch + face_doubles(ctx);
+  constexpr Index step = node_record * tile_width;
+  const UniformCoef coef = uniform_coef(line);
+  const GasVec gas(ctx);
+  const Walk walk = walk_of<Eight>(n, line.face_begin, line.face_end);
+  Forward<Visc, Eight> forward;
+  bool started = false;
+  for (int i0 = -tile_width; i0 <= walk.last; i0 += tile_width) {
+    load_x_block<Visc>(ctx, w_row, g_row, i0, block);
+    const double* base = block - i0 * step;
+    Source src{base, tile_width, step, base + node_mu * tile_width, {}, step};
+    for (int q = 0; q < 4; ++q) src.g[q] = base + (node_gradient + q) * tile_width;
+    if (!started) start_forward<0>(forward, gas, src, walk.first, walk.missing_low);
+    started = true;
+    const int begin = i0 > walk.first ? i0 : walk.first;
+    const int end = i0 + tile_width <= walk.last ? i0 + tile_width : walk.last + 1;
+    forward_nodes<0>(forward, gas, src, begin, end, coef, buf);
+  }
+  end_forward<0>(forward, walk.last, walk.missing_high, coef, buf);
+
+  double* out = block;
+  const auto sink = [&](int i, const Vec div[5]) {
+    double* at = out + static_cast<Index>(i % tile_width) * 5 * tile_width;
+    for (int f = 0; f < 5; ++f) store(at + f * tile_width, div[f]);
+    if (i % tile_width != 0) return;
+    for (int f = 0; f < 5; ++f) {
+      Vec r[8];
+      for (int a = 0; a < tile_width; ++a) {
+        r[a] = load(out + (static_cast<Index>(a) * 5 + f) * tile_width);
+        if (cut != 0) r[a] = select(cut, splat(0.0), r[a]);
+      }
+      transpose(r);
+      for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) {
+        store(r_row[l] + f * ctx.R.sf + i, r[l]);
+      }
+    }
+  };
+  const unsigned marked = ctx.any_mark ? ctx.line_marked[0][flag] & rows & ~cut : 0u;
+  if (marked == 0 && !line.periodic) {
+    backward<0, Visc>(n, line.face_end, coef, buf, sink);
+  } else {
+    const Lanes lanes = whole_lanes<0>(ctx, 0, j0, k, marked);
+    backward_slow<0, Visc>(ctx, line, n, line.face_end, coef, buf, marked != 0 ? &lanes : nullptr, sink);
+  }
+}
+
+/// Forward part of a y or z line of a tile, straight from the rows.
+template <int D, bool Visc, bool Eight>
+OCU_INLINE void forward_whole(const Context& ctx, int i0, int j, int k, double* buf) {
+  const LineView& line = ctx.line[D];
+  const Block& w = ctx.W;
+  const Index sl = D == 1 ? w.sj : w.sk;
+  const double* base = w.data + i0 + j * w.sj + k * w.sk;
+  Source src{base, w.sf, sl, base + field_mu * w.sf, {}, 0};
+  if constexpr (Visc) {
+    const Block& g = ctx.G;
+    const double* at = g.data + i0 + j * g.sj + k * g.sk;
+    src.gl = D == 1 ? g.sj : g.sk;
+    const int component[4] = {D == 1 ? shear_partner[1][0] : shear_partner[2][0],
+                              D == 1 ? shear_partner[1][2] : shear_partner[2][1], transverse_1[D],
+                              transverse_2[D]};
+    for (int q = 0; q < 4; ++q) src.g[q] = at + component[q] * g.sf;
+  }
+  const GasVec gas(ctx);
+  const UniformCoef coef = uniform_coef(line);
+  const Walk walk = walk_of<Eight>(ctx.n[D], line.face_begin, line.face_end);
+  Forward<Visc, Eight> forward;
+  start_forward<D>(forward, gas, src, walk.first, walk.missing_low);
+  forward_nodes<D>(forward, gas, src, walk.first, walk.last + 1, coef, buf);
+  end_forward<D>(forward, walk.last, walk.missing_high, coef, buf);
+}
+
+template <bool Visc, bool Eight>
+void sweep_y_tile(const Context& ctx, double* scratch, int k, int tile) {
+  const LineView& line = ctx.line[1];
+  const int i0 = tile * tile_width;
+  const Index flag = static_cast<Index>(k) * ctx.tiles + tile;
+  const unsigned columns = existing(i0, ctx.n[0]);
+  const unsigned cut = ctx.bodies ? ctx.cut[1][flag] : 0u;
+  if ((cut & columns) == columns) return;
+  double* buf = face_zero(scratch);
+  forward_whole<1, Visc, Eight>(ctx, i0, 0, k, buf);
+  double* r = ctx.R.data + i0 + k * ctx.R.sk;
+  const auto sink = [&](int j, const Vec div[5]) {
+    double* at = r + j * ctx.R.sj;
+    for (int f = 0; f < 5; ++f) {
+      const Vec d = cut != 0 ? select(cut, splat(0.0), div[f]) : div[f];
+      store(at + f * ctx.R.sf, load(at + f * ctx.R.sf) + d);
+    }
+  };
+  const UniformCoef coef = uniform_coef(line);
+  const unsigned marked = ctx.any_mark ? ctx.line_marked[1][flag] & columns & ~cut : 0u;
+  if (marked == 0 && !line.periodic) {
+    backward<1, Visc>(ctx.n[1], line.face_end, coef, buf, sink);
+  } else {
+    const Lanes lanes = whole_lanes<1>(ctx, i0, 0, k, marked);
+    backward_slow<1, Visc>(ctx, line, ctx.n[1], line.face_end, coef, buf,
+                           marked != 0 ? &lanes : nullptr, sink);
+  }
+}
+
+/// Picks the instantiation for the options of a run.
+#define OCU_VARIANT(ctx, call, ...)                                       \
+  do {                                                                    \
+    if ((ctx).viscous) {                                                  \
+      if ((ctx).eighth_order) call<true, true>(__VA_ARGS__);              \
+      else call<true, false>(__VA_ARGS__);                                \
+    } else {                                                              \
+      if ((ctx).eighth_order) call<false, true>(__VA_ARGS__);             \
+      else call<false, false>(__VA_ARGS__);                               \
+    }                                                                     \
+  } while (false)
+
+inline void sweep_x(const Context& ctx, double* scratch, int k, int g0, int g1) {
+  for (int g = g0; g < g1; ++g) OCU_VARIANT(ctx, sweep_x_group, ctx, scratch, k, g);
+}
+
+inline void sweep_y(const Context& ctx, double* scratch, int k, int t0, int t1) {
+  for (int t = t0; t < t1; ++t) OCU_VARIANT(ctx, sweep_y_tile, ctx, scratch, k, t);
+}
+
+}  // namespace ocublast::flow::OCU_ISA

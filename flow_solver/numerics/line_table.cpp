@@ -1,0 +1,188 @@
+#include "flow_solver/numerics/line_table.hpp"
+
+#include <array>
+#include <cstddef>
+
+namespace ocublast::flow {
+namespace {
+
+struct FluxWeights {
+  double alpha, a, b, c;
+};
+// Lele (1992) sixth order in flux form, and its eighth-order tridiagonal relative.
+constexpr FluxWeights sixth{1.0 / 3.0, 29.0 / 36.0, 1.0 / 36.0, 0.0};
+constexpr FluxWeights eighth{3.0 / 8.0, 25.0 / 32.0 + 1.0 / 20.0 - 1.0 / 480.0, 1.0 / 20.0 - 1.0 / 480.0,
+                             -1.0 / 480.0};
+
+/// Right-side weights of the filter of order 2 m in flux form: (-1)^(m+1) (1 - 2 alpha) / 4^m times
+/// the difference of order 2 m - 1, written in pairs phi(j+p-1) - phi(j-p), p = 1..4.
+std::array<double, 4> filter_weights(int m, double alpha) {
+  const double s = 1.0 - 2.0 * alpha;
+  switch (m) {
+    case 1: return {s / 4.0, 0.0, 0.0, 0.0};
+    case 2: return {3.0 * s / 16.0, -s / 16.0, 0.0, 0.0};
+    case 3: return {10.0 * s / 64.0, -5.0 * s / 64.0, s / 64.0, 0.0};
+    default: return {35.0 * s / 256.0, -21.0 * s / 256.0, 7.0 * s / 256.0, -s / 256.0};
+  }
+}
+
+/// Whether a flux of this class is even about a mirrored end (then its face row is doubled).
+bool even_flux(int parity_class, LineEnd end) {
+  return parity_class == 1 || (parity_class == 2 && end == LineEnd::mirrored_no_slip);
+}
+
+bool mirrored(LineEnd end) {
+  return end == LineEnd::mirrored_slip || end == LineEnd::mirrored_no_slip;
+}
+
+/// Eliminates tri(alpha, 1, alpha) with the end rows of one class; writes m, g, c at `at` of rows.
+void eliminate(std::vector<double>& rows, int row_size, int at, const LineTable& t, int parity_class,
+               LineEnd low, LineEnd high, const std::vector<double>& alpha) {
+  double c_before = 0.0;
+  for (int j = t.face_begin; j <= t.face_end; ++j) {
+    double* row = &rows[static_cast<std::size_t>((j + table_offset) * row_size + at)];
+    double lower = alpha[static_cast<std::size_t>(j + table_offset)];
+    double upper = lower;
+    bool zero = false;
+    if (j == 0 && mirrored(low)) {
+      zero = !even_flux(parity_class, low);
+      lower = 0.0;
+      upper *= 2.0;
+    }
+    if (j == t.n && mirrored(high)) {
+      zero = !even_flux(parity_class, high);
+      upper = 0.0;
+      lower *= 2.0;
+    }
+    if (j == t.face_begin) lower = 0.0;
+    if (j == t.face_end) upper = 0.0;
+    const double pivot = zero ? 0.0 : 1.0 / (1.0 - lower * c_before);
+    row[0] = pivot;
+    row[1] = lower * pivot;
+    row[2] = upper * pivot;
+    c_before = row[2];
+  }
+}
+
+/// Cyclic system by a rank-one update (Sherman and Morrison): rows of the plain system with changed
+/// corners, and the correction vector z with its scale.
+void eliminate_periodic(std::vector<double>& rows, int row_size, int at, int n, double alpha,
+                        std::vector<double>& z, double& last, double& scale) {
+  // Corner -1 makes the first diagonal 2 and the last 1 + alpha^2: both stay away from zero.
+  constexpr double corner = -1.0;
+  z.assign(static_cast<std::size_t>(n + 1), 0.0);
+  const auto row = [&](int j) {
+    return &rows[static_cast<std::size_t>((j + table_offset) * row_size + at)];
+  };
+  double c_before = 0.0;
+  for (int j = 0; j < n; ++j) {
+    double diagonal = 1.0;
+    if (j == 0) diagonal -= corner;
+    if (j == n - 1) diagonal -= alpha * alpha / corner;
+    const double lower = j == 0 ? 0.0 : alpha;
+    const double pivot = 1.0 / (diagonal - lower * c_before);
+    row(j)[0] = pivot;
+    row(j)[1] = lower * pivot;
+    row(j)[2] = j == n - 1 ? 0.0 : alpha * pivot;
+    c_before = row(j)[2];
+    const double rhs = (j == 0 ? corner : 0.0) + (j == n - 1 ? alpha : 0.0);
+    z[static_cast<std::size_t>(j)] =
+        pivot * rhs - row(j)[1] * (j == 0 ? 0.0 : z[static_cast<std::size_t>(j - 1)]);
+  }
+  for (int j = n - 2; j >= 0; --j) {
+    z[static_cast<std::size_t>(j)] -= row(j)[2] * z[static_cast<std::size_t>(j + 1)];
+  }
+  z[static_cast<std::size_t>(n)] = z[0];
+  last = alpha / corner;
+  scale = 1.0 / (1.0 + z[0] + last * z[static_cast<std::size_t>(n - 1)]);
+}
+
+}  // namespace
+
+LineTable make_line_table(int n, LineEnd low, LineEnd high, const LineScheme& scheme) {
+  LineTable t;
+  t.n = n;
+  t.periodic = low == LineEnd::periodic;
+  t.face_begin = low == LineEnd::ghosted ? -3 : 0;
+  t.face_end = high == LineEnd::ghosted ? n + 3 : n;
+  const auto faces = static_cast<std::size_t>(n + 2 * table_offset + 1);
+  t.flux.assign(faces * flux_row_size, 0.0);
+  t.filter.assign(faces * filter_row_size, 0.0);
+  const EndRows flux_end = make_flux_end_rows(scheme);
+  const EndRows filter_end = make_filter_end_rows(scheme);
+  const double inner_alpha = flux_end.alpha[4];
+  std::vector<double> flux_alpha(faces, inner_alpha);
+  std::vector<double> filter_alpha(faces, scheme.filter_alpha);
+  for (int j = t.face_begin; j <= t.face_end; ++j) {
+    const auto s = static_cast<std::size_t>(j + table_offset);
+    // Faces between a face of the solve and the nearest end of the ghosted line, itself included.
+    const int to_low = low == LineEnd::ghosted ? j + 4 : 4;
+    const int to_high = high == LineEnd::ghosted ? n + 4 - j : 4;
+    const int reach = to_low < to_high ? to_low : to_high;
+    const int r = reach < 4 ? reach : 4;
+    flux_alpha[s] = flux_end.alpha[r];
+    for (std::size_t m = 0; m < 3; ++m) t.flux[s * flux_row_size + m] = flux_end.weights[r][m];
+    for (std::size_t m = 0; m < 4; ++m) t.filter[s * filter_row_size + m] = filter_end.weights[r][m];
+  }
+  for (int parity_class = 0; parity_class < n_classes; ++parity_class) {
+    const int flux_at = 3 + 3 * parity_class;
+    const int filter_at = 4 + 3 * parity_class;
+    if (t.periodic) {
+      eliminate_periodic(t.flux, flux_row_size, flux_at, n, inner_alpha, t.flux_wrap, t.flux_wrap_last,
+                         t.flux_wrap_scale);
+      eliminate_periodic(t.filter, filter_row_size, filter_at, n, scheme.filter_alpha, t.filter_wrap,
+                         t.filter_wrap_last, t.filter_wrap_scale);
+    } else {
+      eliminate(t.flux, flux_row_size, flux_at, t, parity_class, low, high, flux_alpha);
+      eliminate(t.filter, filter_row_size, filter_at, t, parity_class, low, high, filter_alpha);
+    }
+  }
+  if (t.periodic) t.face_end = n - 1;
+  return t;
+}
+
+EndRows make_flux_end_rows(const LineScheme& scheme) {
+  EndRows e;
+  for (int reach = 1; reach <= 4; ++reach) {
+    FluxWeights w = scheme.eighth_order ? eighth : sixth;
+    if (reach == 1) w = {0.0, 0.5, 0.0, 0.0};
+    if (reach == 2) w = sixth;
+    e.alpha[reach] = w.alpha;
+    e.weights[reach][0] = w.a;
+    e.weights[reach][1] = w.b;
+    e.weights[reach][2] = w.c;
+  }
+  return e;
+}
+
+EndRows make_filter_end_rows(const LineScheme& scheme) {
+  EndRows e;
+  for (int reach = 1; reach <= 4; ++reach) {
+    e.alpha[reach] = scheme.filter_alpha;
+    const std::array<double, 4> k = filter_weights(reach, scheme.filter_alpha);
+    for (std::size_t m = 0; m < 4; ++m) e.weights[reach][m] = k[m];
+  }
+  return e;
+}
+
+LineMetric make_line_metric(const Axis& axis) {
+  LineMetric m;
+  // Kernels read whole vectors along x, past the last ghost.
+  const auto size = static_cast<std::size_t>(axis.n + 2 * table_offset + 32);
+  m.inverse_face_spacing.assign(size, 0.0);
+  m.face_jacobian.assign(size, 1.0);
+  m.inverse_jacobian.assign(size, 1.0);
+  m.jacobian.assign(size, 1.0);
+  if (!axis.present) return m;
+  for (int i = -n_ghost; i < axis.n + n_ghost; ++i) {
+    const auto s = static_cast<std::size_t>(i + table_offset);
+    m.jacobian[s] = axis.h(i);
+    m.inverse_jacobian[s] = 1.0 / axis.h(i);
+    if (i == -n_ghost) continue;
+    m.inverse_face_spacing[s] = 1.0 / (axis.x(i) - axis.x(i - 1));
+    m.face_jacobian[s] = 0.5 * (axis.h(i) + axis.h(i - 1));
+  }
+  return m;
+}
+
+}  // namespace ocublast::flow

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <vector>
+
+#include "flow_solver/grid/grid.hpp"
+
+namespace ocublast::flow {
+
+/// How a line ends. A mirrored end closes the solve on the end face by parity; a ghosted end runs
+/// the solve through the four ghost nodes and closes it there at second order.
+enum class LineEnd { mirrored_slip, mirrored_no_slip, ghosted, periodic };
+
+// Rows of one face in the tables: right-side weights, then per parity class pivot m, lower factor g
+// and upper factor c: F(j) = m rhs - g F(j-1), then F(j) -= c F(j+1).
+inline constexpr int n_classes = 3;           ///< 0 mass and energy, 1 normal momentum, 2 tangential
+inline constexpr int flux_row_size = 12;      ///< a, b, c, 3 x (m, g, c)
+inline constexpr int filter_row_size = 13;    ///< k1, k2, k3, k4, 3 x (m, g, c)
+inline constexpr int table_offset = 4;        ///< entry of face or node 0
+
+/// Eliminated tridiagonal systems of the flux and filter solves on lines of one length and ends.
+/// Flux: alpha F(j-1) + F(j) + alpha F(j+1) = a [f(j-1)+f(j)] + b [f(j-2)+f(j+1)] + c [f(j-3)+f(j+2)];
+/// filter: the same left side with alpha_f, right side sum of k_m [phi(j+m-1) - phi(j-m)].
+struct LineTable {
+  int n = 0;           ///< nodes
+  int face_begin = 0;  ///< first face of the solve (-3 behind ghosts)
+  int face_end = 0;    ///< last face of the solve
+  bool periodic = false;
+  std::vector<double> flux;         ///< [face + table_offset, flux_row_size]
+  std::vector<double> filter;       ///< [face + table_offset, filter_row_size]
+  std::vector<double> flux_wrap;    ///< periodic: correction vector of the rank-one update [face]
+  std::vector<double> filter_wrap;
+  double flux_wrap_last = 0.0;      ///< weight of the last face in the update's scalar product
+  double flux_wrap_scale = 0.0;     ///< 1 / (1 + v z)
+  double filter_wrap_last = 0.0;
+  double filter_wrap_scale = 0.0;
+};
+
+/// Weights and off-diagonals by distance from a ghosted end, for lines whose ends differ by lane:
+/// entry r = 1..3 for a face with r faces to the end, itself included; 4 for the interior.
+struct EndRows {
+  double alpha[5] = {};
+  double weights[5][4] = {};
+};
+
+struct LineScheme {
+  bool eighth_order = false;  ///< tridiagonal eighth-order fluxes instead of sixth
+  double filter_alpha = 0.47;
+};
+
+[[nodiscard]] LineTable make_line_table(int n, LineEnd low, LineEnd high, const LineScheme& scheme);
+
+[[nodiscard]] EndRows make_flux_end_rows(const LineScheme& scheme);
+[[nodiscard]] EndRows make_filter_end_rows(const LineScheme& scheme);
+
+/// Geometry of a direction by face and node, offset by table_offset.
+struct LineMetric {
+  std::vector<double> inverse_face_spacing;  ///< 1/m, 1/(x(j) - x(j-1)); 0 at the outermost
+  std::vector<double> face_jacobian;         ///< m, mean of the neighbouring nodes
+  std::vector<double> inverse_jacobian;      ///< 1/m at nodes
+  std::vector<double> jacobian;              ///< m at nodes
+};
+[[nodiscard]] LineMetric make_line_metric(const Axis& axis);
+
+}  // namespace ocublast::flow

@@ -1,0 +1,279 @@
+// One step: artificial diffusivity once, then four Runge-Kutta stages of line solves, the filter in
+// the last; positivity failures mark nodes and start the step again from the kept q^n.
+
+#include "flow_solver/step.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "flow_solver/boundary/domain_ghosts.hpp"
+#include "flow_solver/flow_core.hpp"
+
+namespace ocublast::flow {
+namespace {
+
+// A step that needs more tries than this will not be cured by more marks: each adds a layer.
+constexpr int most_tries = 24;
+// From this try on the neighbours of failed nodes are marked too, and the test grows lenient.
+constexpr int widen_after = 3;
+constexpr int lenient_after = 6;
+constexpr double strict_drop = 0.05;
+constexpr double lenient_drop = 1e-3;
+// A pressure ratio in the whole field above this is a fresh charge.
+constexpr double fresh_ratio = 100.0;
+// nu* <= cap h^2 / dt_convective; looser for fresh charges, where a tight one trades limited steps
+// for redone ones.
+constexpr double nu_cap = 0.3;
+constexpr double nu_cap_fresh = 1.0;
+// Classical RK4 is stable to 2.78 on the negative real axis; margin for the convective part.
+constexpr double diffusion_limit = 2.3;
+
+constexpr double stage_time[4] = {0.0, 0.5, 0.5, 1.0};
+
+}  // namespace
+
+void Flow::Core::fill_ghosts() {
+  fill_primitive_ghosts(grid, boundaries, options.gas, ctx.W, options.threads);
+}
+
+bool Flow::Core::fresh_charge() const { return p_max > fresh_ratio * p_min; }
+
+void Flow::Core::prepare() {
+  const int n2 = ctx.n[2], threads = options.threads;
+  if (bodies) {
+    fill_ghosts();
+    bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
+  }
+  fill_ghosts();
+#pragma omp parallel for schedule(static) num_threads(threads)
+  for (int k = 0; k < n2; ++k) kernels->theta_plane(ctx, k, maxima[static_cast<std::size_t>(k)]);
+  convection = 0.0;
+  p_max = 0.0;
+  p_min = 1e300;
+  for (const PlaneMaxima& m : maxima) {
+    convection = std::max(convection, m.convection);
+    p_max = std::max(p_max, m.p_max);
+    p_min = std::min(p_min, m.p_min);
+  }
+  diffusion = 0.0;
+  ctx.cap = (fresh_charge() ? nu_cap_fresh : nu_cap) * convection / options.cfl;
+  if (options.artificial_diffusivity || ctx.viscous) {
+    fill_scalar_ghosts(grid, boundaries, ctx.R, 0, threads);
+    if (ctx.need_strain) fill_scalar_ghosts(grid, boundaries, ctx.R, 3, threads);
+#pragma omp parallel for schedule(static) num_threads(threads)
+    for (int k = 0; k < n2; ++k) kernels->sensor_plane(ctx, k);
+    for (int field : {1, 2, 4}) {
+      if (field != 4 || ctx.need_strain) fill_scalar_ghosts(grid, boundaries, ctx.R, field, threads);
+    }
+#pragma omp parallel for schedule(static) num_threads(threads)
+    for (int k = 0; k < n2; ++k) {
+      kernels->diffusivity_plane(ctx, scratch[static_cast<std::size_t>(omp_get_thread_num())].data(), k,
+                                 maxima[static_cast<std::size_t>(k)]);
+    }
+    for (const PlaneMaxima& m : maxima) diffusion = std::max(diffusion, m.diffusion);
+    fill_scalar_ghosts(grid, boundaries, ctx.W, field_kappa, threads);
+    if (ctx.viscous) fill_scalar_ghosts(grid, boundaries, ctx.W, field_mu, threads);
+  }
+  prepared = true;
+}
+
+double Flow::stable_step() {
+  Core& c = *core_;
+  if (!c.prepared) c.prepare();
+  const double convective = c.options.cfl / c.convection;
+  return c.diffusion > 0.0 ? std::min(convective, diffusion_limit / c.diffusion) : convective;
+}
+
+void Flow::Core::sweep_planes() {
+  const int n2 = ctx.n[2];
+#pragma omp parallel num_threads(options.threads)
+  {
+    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    if (ctx.viscous) {
+      const int edge = ctx.present[2] ? 1 : 0;
+#pragma omp for schedule(static)
+      for (int k = -edge; k < n2 + edge; ++k) kernels->gradient_plane(ctx, k);
+    }
+#pragma omp for schedule(static)
+    for (int k = 0; k < n2; ++k) {
+      if (ctx.bulk) kernels->bulk_plane(ctx, k);
+      kernels->sweep_x(ctx, own, k, 0, ctx.row_groups);
+      const auto run = [&](int axis) {
+        const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
+        if (s.begin.empty()) return;
+        const auto c = static_cast<std::size_t>(k);
+        for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
+          kernels->sweep_segments(ctx, own, axis, s.batch[b]);
+        }
+      };
+      run(0);
+      if (ctx.present[1]) {
+        kernels->sweep_y(ctx, own, k, 0, ctx.tiles);
+        run(1);
+      }
+    }
+  }
+}
+
+/// The same where there is only one plane: threads share its lines.
+void Flow::Core::sweep_one_plane() {
+  if (ctx.bulk) kernels->bulk_plane(ctx, 0);
+  if (ctx.viscous) kernels->gradient_plane(ctx, 0);
+#pragma omp parallel num_threads(options.threads)
+  {
+    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+#pragma omp for schedule(static)
+    for (int g = 0; g < ctx.row_groups; ++g) kernels->sweep_x(ctx, own, 0, g, g + 1);
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
+      if (axis == 1 && ctx.present[1]) {
+#pragma omp for schedule(static)
+        for (int t = 0; t < ctx.tiles; ++t) kernels->sweep_y(ctx, own, 0, t, t + 1);
+      }
+#pragma omp for schedule(static)
+      for (std::size_t b = 0; b < batch.size(); ++b) kernels->sweep_segments(ctx, own, axis, batch[b]);
+    }
+  }
+}
+
+long Flow::Core::update_rows() {
+  long failures = 0;
+  const SegmentBatches& s = segments[2];
+#pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : failures)
+  for (int j = 0; j < ctx.n[1]; ++j) {
+    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    if (!s.begin.empty()) {
+      const auto c = static_cast<std::size_t>(j);
+      for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
+        kernels->sweep_segments(ctx, own, 2, s.batch[b]);
+      }
+    }
+    failures += kernels->update_row(ctx, own, j);
+  }
+  return failures;
+}
+
+/// Filter along x and y (z was filtered with the update), then primitives.
+long Flow::Core::finish_planes() {
+  const int threads = options.threads;
+  if (ctx.filter) {
+    const SegmentBatches& z = segments[2];
+    if (!z.batch.empty()) {
+#pragma omp parallel for schedule(static) num_threads(threads)
+      for (std::size_t b = 0; b < z.batch.size(); ++b) {
+        double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+        kernels->filter_segments(ctx, own, 2, z.batch[b]);
+      }
+    }
+    if (ctx.n[2] > 1) {
+#pragma omp parallel for schedule(static) num_threads(threads)
+      for (int k = 0; k < ctx.n[2]; ++k) {
+        double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+        const auto run = [&](int axis) {
+          const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
+          if (s.begin.empty()) return;
+          const auto c = static_cast<std::size_t>(k);
+          for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
+            kernels->filter_segments(ctx, own, axis, s.batch[b]);
+          }
+        };
+        kernels->filter_x(ctx, own, k, 0, ctx.row_groups);
+        run(0);
+        if (!ctx.present[1]) continue;
+        kernels->filter_y(ctx, own, k, 0, ctx.tiles);
+        run(1);
+      }
+    } else {
+#pragma omp parallel num_threads(threads)
+      {
+        double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+#pragma omp for schedule(static)
+        for (int g = 0; g < ctx.row_groups; ++g) kernels->filter_x(ctx, own, 0, g, g + 1);
+        for (int axis = 0; axis < 2; ++axis) {
+          const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
+          if (axis == 1 && ctx.present[1]) {
+#pragma omp for schedule(static)
+            for (int t = 0; t < ctx.tiles; ++t) kernels->filter_y(ctx, own, 0, t, t + 1);
+          }
+#pragma omp for schedule(static)
+          for (std::size_t b = 0; b < batch.size(); ++b) kernels->filter_segments(ctx, own, axis, batch[b]);
+        }
+      }
+    }
+  }
+  long failures = 0;
+#pragma omp parallel for schedule(static) num_threads(threads) reduction(+ : failures)
+  for (int k = 0; k < ctx.n[2]; ++k) failures += kernels->finish_plane(ctx, k);
+  return failures;
+}
+
+long Flow::Core::run_stage() {
+  if (ctx.n[2] > 1) sweep_planes();
+  else sweep_one_plane();
+  return update_rows();
+}
+
+bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report) {
+  ctx.dt = dt;
+  for (int stage = 0; stage < 4; ++stage) {
+    ctx.stage = stage;
+    if (bodies) {
+      bodies->move_to(t + stage_time[stage] * dt);
+      fill_ghosts();
+      bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
+    }
+    fill_ghosts();
+    const long failures = run_stage();
+    if (failures > 0) {
+      if (!repair) return false;
+      report.floored_nodes += repair_failures(false);
+    }
+  }
+  const long failures = finish_planes();
+  if (failures == 0) return true;
+  if (!repair) return false;
+  report.floored_nodes += repair_failures(true);
+  return true;
+}
+
+StepReport Flow::advance(double t, double dt) {
+  Core& c = *core_;
+  if (c.bodies) c.bodies->move_to(t);
+  if (!c.prepared) c.prepare();
+  StepReport report;
+  report.dt = dt;
+  report.largest_pressure = c.p_max;
+  report.smallest_pressure = c.p_min;
+  c.age_marks();
+  c.premark(report);
+  const bool floors = c.options.floor_density > 0.0 && c.options.floor_pressure > 0.0;
+  c.ctx.drop_limit = strict_drop;
+  while (!c.run_stages(t, dt, floors && report.redone == most_tries, report)) {
+    if (report.redone == most_tries) c.throw_failure(t, dt);
+    ++report.redone;
+    if (report.redone >= lenient_after) c.ctx.drop_limit = lenient_drop;
+    c.mark_failures(report.redone >= widen_after);
+    c.restore();
+  }
+  report.marked_nodes = c.count_marks();
+  std::swap(c.Q, c.A);
+  c.ctx.Q = c.Q.block();
+  c.ctx.A = c.A.block();
+  c.prepared = false;
+  if (c.bodies) {
+    c.bodies->move_to(t + dt);
+    c.fill_ghosts();
+    const Block& w = c.ctx.W;
+    report.topology = c.bodies->update_topology({w.data, w.sf, w.sj, w.sk});
+    c.take_topology(true);
+  }
+  return report;
+}
+
+}  // namespace ocublast::flow
