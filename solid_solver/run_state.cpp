@@ -18,31 +18,32 @@ const std::vector<std::int32_t>& SolidRun::interface_nodes() const {
   return loads_.back().surface.nodes();
 }
 
-double SolidRun::mass_per_area(double window) const {
+void SolidRun::build_interface_inertia() {
+  if (loads_.empty() || !loads_.back().coupled) return;
   const auto& mass = assembly_->nodal_mass();
-  double smallest = 0.0;
-  for (const auto& load : loads_) {
-    if (!load.coupled) continue;
-    std::vector<double> impedance(mass.size(), 1e300);  // smallest rho c of the cells at a node
-    const auto visit = [&](std::size_t cell, const std::int32_t* nodes, std::size_t n) {
-      const auto& material = assembly_->material_of_cell(cell);
-      for (std::size_t a = 0; a < n; ++a)
-        impedance[index(nodes[a])] = std::min(impedance[index(nodes[a])], material.density * material.sound_speed());
-    };
-    for (std::size_t h = 0; h < mesh().n_hex(); ++h) visit(h, &mesh().hex8[8 * h], 8);
-    for (std::size_t t = 0; t < mesh().n_tet(); ++t) visit(mesh().n_hex() + t, &mesh().tet4[4 * t], 4);
-    const auto areas = load.surface.nodal_areas();
-    double total_area = 0.0;
-    double total_mass = 0.0;
-    for (const double m : mass) total_mass += m;
-    smallest = 1e300;
-    for (std::size_t v = 0; v < areas.size(); ++v) {
-      const auto n = index(load.surface.nodes()[v]);
-      smallest = std::min(smallest, mass[n] / areas[v] + impedance[n] * window);
-      total_area += areas[v];
-    }
-    smallest = std::min(smallest, total_mass / total_area);
+  std::vector<double> impedance(mass.size(), 1e300);  // smallest rho c of the cells at a node
+  const auto visit = [&](std::size_t cell, const std::int32_t* nodes, std::size_t n) {
+    const auto& material = assembly_->material_of_cell(cell);
+    for (std::size_t a = 0; a < n; ++a)
+      impedance[index(nodes[a])] = std::min(impedance[index(nodes[a])], material.density * material.sound_speed());
+  };
+  for (std::size_t h = 0; h < mesh().n_hex(); ++h) visit(h, &mesh().hex8[8 * h], 8);
+  for (std::size_t t = 0; t < mesh().n_tet(); ++t) visit(mesh().n_hex() + t, &mesh().tet4[4 * t], 4);
+  const auto areas = loads_.back().surface.nodal_areas();
+  double area = 0.0;
+  double total = 0.0;
+  for (const double m : mass) total += m;
+  for (std::size_t v = 0; v < areas.size(); ++v) {
+    const auto n = index(loads_.back().surface.nodes()[v]);
+    interface_inertia_.push_back({mass[n] / areas[v], impedance[n]});
+    area += areas[v];
   }
+  body_mass_per_area_ = total / area;
+}
+
+double SolidRun::mass_per_area(double window) const {
+  double smallest = body_mass_per_area_;
+  for (const auto& [layer, impedance] : interface_inertia_) smallest = std::min(smallest, layer + impedance * window);
   return smallest;
 }
 

@@ -37,6 +37,7 @@ SolidRun::SolidRun(SolidSetup setup)
   if (!setup_.interface.empty()) add_load(setup_.interface, {}, true);
   for (const auto& s : setup_.springs) damper_forces_.emplace_back(3 * s.nodes.size(), 0.0);
   for (const auto& p : setup_.prescribed) prescribed_residual_.emplace_back(p.nodes.size(), 0.0);
+  build_interface_inertia();
   renew_stable_step();
 }
 

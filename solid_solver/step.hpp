@@ -150,6 +150,7 @@ class SolidRun {
   struct StepTimes { double t_old; double t_new; double dt; };
 
   void build_inverse_mass();
+  void build_interface_inertia();
   void renew_stable_step();
   void look_at_configuration();
   [[nodiscard]] bool disturbed(const Window& window) const;
@@ -175,6 +176,8 @@ class SolidRun {
   std::vector<Load> loads_;
   std::vector<std::vector<double>> damper_forces_;      ///< per spring set [nodes, 3], N
   std::vector<std::vector<double>> prescribed_residual_;  ///< per set [nodes], N
+  std::vector<std::pair<double, double>> interface_inertia_;  ///< per interface node: mass/area kg/m^2, rho c kg/(m^2 s)
+  double body_mass_per_area_ = 0.0;  ///< kg/m^2
   double stable_step_ = 0.0;
   double omega_ = 0.0;
   double transit_ = 0.0;  ///< smallest L/c when the step was found, s

@@ -1,0 +1,112 @@
+#include "solid_solver/io/case_materials.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "solid_solver/materials/law_factory.hpp"
+
+namespace ocublast::solid {
+namespace {
+
+// Outside these a number is taken for a unit mistake: aerogel is 100 kg/m^3, osmium 22 600.
+constexpr double smallest_density = 100.0;
+constexpr double largest_density = 3e4;
+
+std::size_t read_law(Section& entry, const std::vector<MaterialLaw>& laws) {
+  std::size_t law = 0;
+  std::vector<std::pair<std::string_view, std::size_t>> words;
+  for (std::size_t i = 0; i < laws.size(); ++i) words.emplace_back(laws[i].name, i);
+  entry.choice("law", law, std::span<const std::pair<std::string_view, std::size_t>>(words),
+               {.required = true, .help = "material law"});
+  return law;
+}
+
+/// Constants of the chosen law; when listing, of every law.
+void read_constants(Section& entry, const std::vector<MaterialLaw>& laws, Material& material) {
+  double sound_speed = 0.0;
+  std::vector<std::string> listed;
+  for (std::size_t i = 0; i < laws.size(); ++i) {
+    if (!entry.listing() && i != material.law) continue;
+    material.constants.assign(laws[i].constants.size(), 0.0);
+    for (std::size_t k = 0; k < laws[i].constants.size(); ++k) {
+      const auto& constant = laws[i].constants[k];
+      if (std::find(listed.begin(), listed.end(), constant.key) != listed.end()) continue;
+      listed.emplace_back(constant.key);
+      const bool by_speed = std::string_view(constant.key) == "bulk_modulus_Pa";
+      if (by_speed)
+        entry.real("sound_speed_m_s", sound_speed,
+                   {.unit = "m/s", .min = 0.0, .above_min = true,
+                    .help = "instead of bulk_modulus_Pa: K = rho c^2 - 4 G / 3"});
+      const bool given_by_speed = by_speed && !entry.listing() && entry.has("sound_speed_m_s");
+      if (given_by_speed && entry.has(constant.key))
+        entry.fault("sound_speed_m_s", "given together with bulk_modulus_Pa; give one of them");
+      entry.real(constant.key, material.constants[k],
+                 {.unit = constant.unit, .min = 0.0, .above_min = true, .required = !given_by_speed,
+                  .help = constant.help,
+                  .advice = "for a liquid take a shear modulus of 1 to 10 Pa"});
+      if (given_by_speed && !entry.has(constant.key))
+        material.constants[k] = material.density * sound_speed * sound_speed - 4.0 / 3.0 * material.constants[0];
+    }
+  }
+}
+
+void check_units(Section& entry, const Material& material) {
+  if (material.density > 0.0 && (material.density < smallest_density || material.density > largest_density))
+    entry.fault("density_kg_m3", fmt::format("{} kg/m^3 is no density of a tissue, accepted [{}, {}]; tissues have "
+                                             "about 1000 (is it in g/cm^3?)", material.density, smallest_density,
+                                             largest_density));
+  if (material.moduli.shear > 0.0 && material.moduli.bulk < material.moduli.shear)
+    entry.fault("bulk_modulus_Pa", fmt::format("bulk modulus {:.6g} Pa is below the shear modulus {:.6g} Pa; tissues "
+                                               "have a bulk modulus of about 2.5e9 Pa (is the sound speed in m/s?)",
+                                               material.moduli.bulk, material.moduli.shear));
+}
+
+}  // namespace
+
+MaterialKeys read_materials(Section& solid) {
+  MaterialKeys keys;
+  const auto laws = make_laws();
+  solid.tables("material", "what tissues are made of", [&](Section& entry, std::size_t) {
+    Material material;
+    std::vector<std::string> tissues;
+    entry.text("name", material.name, {.required = true, .help = "name of the material"});
+    entry.texts("tissues", tissues, {.required = true, .help = "tissues of the mesh it is for"});
+    entry.real("density_kg_m3", material.density,
+               {.unit = "kg/m^3", .min = 0.0, .above_min = true, .required = true, .help = "density"});
+    material.law = read_law(entry, laws);
+    read_constants(entry, laws, material);
+    if (!entry.listing()) {
+      material.moduli = laws[material.law].moduli(material.constants.data());
+      check_units(entry, material);
+    }
+    keys.materials.push_back(std::move(material));
+    keys.tissues.push_back(std::move(tissues));
+  });
+  return keys;
+}
+
+std::vector<std::int32_t> assign_materials(Section& solid, const MaterialKeys& keys,
+                                           const std::vector<std::string>& tissues) {
+  std::vector<std::int32_t> assigned(tissues.size(), -1);
+  for (std::size_t m = 0; m < keys.materials.size(); ++m)
+    for (const auto& name : keys.tissues[m]) {
+      const auto found = std::find(tissues.begin(), tissues.end(), name);
+      if (found == tissues.end()) {
+        solid.fault("material", fmt::format("material {}: the mesh has no tissue '{}'; it has {}", keys.materials[m].name,
+                                            name, fmt::join(tissues, ", ")));
+        continue;
+      }
+      auto& slot = assigned[static_cast<std::size_t>(found - tissues.begin())];
+      if (slot >= 0)
+        solid.fault("material", fmt::format("tissue '{}' has two materials, {} and {}", name,
+                                            keys.materials[static_cast<std::size_t>(slot)].name, keys.materials[m].name));
+      slot = static_cast<std::int32_t>(m);
+    }
+  for (std::size_t t = 0; t < tissues.size(); ++t)
+    if (assigned[t] < 0)
+      solid.fault("material", fmt::format("tissue '{}' of the mesh has no material; add it to a [[solid.material]]", tissues[t]));
+  return assigned;
+}
+
+}  // namespace ocublast::solid

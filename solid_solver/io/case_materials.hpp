@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "coupler/base/case_reader.hpp"
+#include "solid_solver/materials/material.hpp"
+
+namespace ocublast::solid {
+
+/// Materials of a case and the tissues each is for.
+struct MaterialKeys {
+  std::vector<Material> materials;
+  std::vector<std::vector<std::string>> tissues;  ///< per material
+};
+
+/// Reads [[solid.material]]: name, tissues, law, density and the law's own constants. A bulk modulus
+/// may be given by the sound speed c instead: K = rho c^2 - 4 G / 3.
+[[nodiscard]] MaterialKeys read_materials(Section& solid);
+
+/// Material per tissue of the mesh (-1 where none, noted as a fault).
+[[nodiscard]] std::vector<std::int32_t> assign_materials(Section& solid, const MaterialKeys& keys,
+                                                         const std::vector<std::string>& tissues);
+
+}  // namespace ocublast::solid

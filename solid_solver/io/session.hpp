@@ -1,0 +1,86 @@
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <spdlog/spdlog.h>
+
+#include "solid_solver/io/checkpoint.hpp"
+
+namespace ocublast::solid {
+
+/// Wall seconds spent, by kind.
+struct WallSplit {
+  double compute = 0.0;
+  double tables = 0.0;
+  double output = 0.0;
+  double waiting = 0.0;     ///< for the coupler
+  double checkpoint = 0.0;
+};
+
+/// Adds the time until its end to a sum.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum) : sum_(sum), begin_(std::chrono::steady_clock::now()) {}
+  ~Stopwatch() { sum_ += elapsed(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+  [[nodiscard]] double elapsed() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+ private:
+  double& sum_;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+/// A run with its tables, fields, checkpoints and summary, alone or coupled.
+class Session {
+ public:
+  struct Options {
+    std::filesystem::path out;
+    std::uint64_t case_hash = 0;
+    bool quiet = false;
+  };
+  Session(SolidCase from, Options options, std::shared_ptr<spdlog::logger> log);
+
+  [[nodiscard]] SolidRun& run() { return run_; }
+  [[nodiscard]] const SolidCase& solid_case() const { return case_; }
+  [[nodiscard]] std::uint64_t case_hash() const { return options_.case_hash; }
+  [[nodiscard]] RunProgress& progress() { return progress_; }
+  [[nodiscard]] WallSplit& wall() { return wall_; }
+  [[nodiscard]] spdlog::logger& log() { return *log_; }
+
+  /// Advances over a window and counts it.
+  WindowResult advance(const Window& window);
+  /// Rows and fields that are due at the current time; everything when `last`.
+  void write_due(bool last);
+  void write_checkpoint_to(const std::filesystem::path& directory);
+  void resume_from(const std::filesystem::path& directory);
+  /// Summary, to be called at the end.
+  void write_summary();
+  /// What runs, in a few lines.
+  [[nodiscard]] std::string describe();
+
+ private:
+  void set_initial_velocities();
+  [[nodiscard]] std::string bounded_by();
+
+  SolidCase case_;
+  Options options_;
+  std::shared_ptr<spdlog::logger> log_;
+  SolidRun run_;
+  History history_;
+  FieldOutput fields_;
+  RunProgress progress_;
+  WallSplit wall_;
+  CellResults cells_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Smallest multiple of `every` after t (s).
+[[nodiscard]] double next_due(double t, double every);
+
+}  // namespace ocublast::solid

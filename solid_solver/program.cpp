@@ -1,0 +1,119 @@
+#include "solid_solver/program.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include "coupler/base/command_line.hpp"
+#include "coupler/base/errors.hpp"
+#include "coupler/base/hdf5_file.hpp"
+#include "coupler/base/log.hpp"
+#include "coupler/base/version.hpp"
+#include "coupler/link/checkpoint_place.hpp"
+#include "solid_solver/coupled_run.hpp"
+#include "solid_solver/io/case_keys.hpp"
+#include "solid_solver/io/session.hpp"
+
+namespace ocublast::solid {
+namespace {
+
+constexpr const char* about = "Explicit finite elements for soft tissue, alone or coupled to a flow";
+// A window of a run alone holds at most this many steps, so that the shrinking mesh is looked at.
+constexpr double steps_per_window = 200.0;
+constexpr double progress_interval = 2.0;  ///< s of wall time between progress lines
+
+void print_progress(const Session& session, const SolidRun& run, double elapsed) {
+  const double t = run.state().time;
+  const double end = session.solid_case().common.end_time;
+  std::printf("t = %.4e s, %5.1f %%, %.0f steps, step %.3e s, remaining %.0f s\n", t, 100.0 * t / end, run.sums().steps,
+              run.stable_step(), t > 0.0 ? elapsed * (end - t) / t : 0.0);
+  std::fflush(stdout);
+}
+
+/// One window towards the next due time, in equal parts of at most steps_per_window steps.
+void advance_alone(Session& session, double due) {
+  auto& run = session.run();
+  const double begin = run.state().time;
+  const double parts = std::max(1.0, std::ceil((due - begin) / (steps_per_window * run.stable_step())));
+  for (double k = 1.0; k <= parts; k += 1.0)
+    session.advance({.t_begin = run.state().time, .t_end = k == parts ? due : begin + (due - begin) * k / parts});
+}
+
+/// Written beside and renamed, so that a directory of this name is complete.
+void write_checkpoint_alone(Session& session, const std::filesystem::path& directory) {
+  auto aside = directory;
+  aside += ".part";
+  std::filesystem::create_directories(aside);
+  session.write_checkpoint_to(aside);
+  std::filesystem::remove_all(directory);
+  std::filesystem::rename(aside, directory);
+}
+
+void run_alone(Session& session, const std::filesystem::path& out, bool quiet) {
+  const auto& c = session.solid_case();
+  const double end = c.common.end_time;
+  double wall = 0.0;
+  const Stopwatch watch(wall);
+  double next_line = progress_interval;
+  if (session.run().state().time == 0.0) session.write_due(false);
+  while (session.run().state().time < end) {
+    auto& progress = session.progress();
+    double due = std::min({end, progress.next_history, progress.next_field});
+    const bool checkpoints = c.output.checkpoint_every > 0.0;
+    if (checkpoints) due = std::min(due, progress.next_checkpoint);
+    advance_alone(session, due);
+    session.write_due(due >= end);
+    if (checkpoints && session.run().state().time >= progress.next_checkpoint) {
+      progress.next_checkpoint = next_due(session.run().state().time, c.output.checkpoint_every);
+      write_checkpoint_alone(session, link::checkpoint_directory(out, progress.window));
+    }
+    if (!quiet && watch.elapsed() > next_line) {
+      print_progress(session, session.run(), watch.elapsed());
+      next_line = watch.elapsed() + progress_interval;
+    }
+  }
+  session.write_due(true);
+  session.write_summary();
+}
+
+int list_keys() {
+  auto listing = CaseReader::make_listing();
+  static_cast<void>(read_solid_case(listing));
+  std::fputs(listing.key_list().c_str(), stdout);
+  return static_cast<int>(ExitCode::done);
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv) {
+  const auto line = parse_command_line(argc, argv, "solid_solver", about);
+  if (!line) return static_cast<int>(ExitCode::done);
+  if (line->list_keys) return list_keys();
+  CaseReader reader(line->source);
+  auto from = read_solid_case(reader);
+  reader.finish();
+  if (line->effective_only) {
+    std::fputs(reader.effective().c_str(), stdout);
+    return static_cast<int>(ExitCode::done);
+  }
+  from.setup.assembly.threads = line->threads > 0 ? line->threads : omp_get_num_procs();
+  from.setup.assembly.instruction_set = best_instruction_set();
+  const bool coupled = from.coupled;
+  const auto out = line->out.empty() ? std::filesystem::path("results") / from.common.name : line->out;
+  auto log = make_logger("solid_solver", line->check_only ? "" : out / "log" / "solid_solver.log");
+  Session session(std::move(from), {.out = out, .case_hash = reader.hash(), .quiet = line->quiet}, log);
+  log->info("{} {}\n{}", "solid_solver", version_text, session.describe());
+  if (line->check_only || (!line->quiet && !coupled)) std::fputs(session.describe().c_str(), stdout);
+  if (line->check_only) return static_cast<int>(ExitCode::done);
+  if (!line->resume.empty()) session.resume_from(link::require_checkpoint(line->resume).directory);
+  if (coupled)
+    run_coupled(session);
+  else
+    run_alone(session, out, line->quiet);
+  return static_cast<int>(ExitCode::done);
+}
+
+}  // namespace ocublast::solid
