@@ -24,3 +24,10 @@ ocublast_python_test(cases_mesh unit unit 120)
 ocublast_python_test(cases_convert unit unit 120)
 ocublast_python_test(cases_launcher unit unit 180)
 ocublast_python_test(cases_report unit unit 120)
+
+find_program(DOCKER_COMPOSE docker-compose)
+if(DOCKER_COMPOSE)
+  add_test(NAME cases_compose_file COMMAND ${DOCKER_COMPOSE} -f ${CMAKE_SOURCE_DIR}/docker/compose.yaml
+           config -q)
+  set_tests_properties(cases_compose_file PROPERTIES LABELS unit TIMEOUT 60)
+endif()

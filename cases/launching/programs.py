@@ -19,6 +19,7 @@ DONE, OTHER, CASE, LINK, NUMERICS = 0, 1, 2, 3, 4
 MEANING = {OTHER: "an unexpected fault", CASE: "the case", LINK: "a file or a partner",
            NUMERICS: "the numerics"}
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
+PROGRAMS = {"flow": "flow_solver", "solid": "solid_solver", "coupling": "coupler"}
 HEADER = re.compile(r"\s*\[\[?\s*([A-Za-z0-9_-]+)[^=]*\]\s*$")
 
 
@@ -52,26 +53,36 @@ class Launch:
             arguments += ["--set", text]
         return [*arguments, "--mesh-dir", str(self.mesh_folder)]
 
-    def solver_command(self, side: str) -> str:
-        """The command of one solver as the coupler is to start it."""
-        if side in self.commands:
-            return self.commands[side]
-        command = [program(f"{side}_solver")]
-        if side in self.threads:
-            command += ["--threads", str(self.threads[side])]
-        return shlex.join(command)
+    def side_options(self) -> list[str]:
+        """What the coupler is told about the solvers that it starts."""
+        options = []
+        for side, command in self.commands.items():
+            options += [f"--{side}", command]
+        for side, count in self.threads.items():
+            options += [f"--threads-{side}", str(count)]
+        return options
+
+    def program_command(self, part: str) -> list[str]:
+        """A single solver, or a replacement of it, with its threads."""
+        if part in self.commands:
+            command = shlex.split(self.commands[part])
+        else:
+            command = [program(PROGRAMS[part])]
+        command += self.case_arguments()
+        if part in self.threads:
+            command += ["--threads", str(self.threads[part])]
+        return command
 
     def main_command(self, parts: list[str]) -> list[str]:
         """The command that runs the case: the coupler for a coupled one, else the one solver."""
-        rest = [*self.case_arguments(), "--out", str(self.out)]
+        rest = ["--out", str(self.out)]
         if self.resume:
             rest += ["--resume", str(self.out)]
         if self.quiet:
             rest.append("--quiet")
         if "coupling" in parts:
-            sides = ["--flow", self.solver_command("flow"), "--solid", self.solver_command("solid")]
-            return [program("coupler"), *rest, *sides]
-        return [*shlex.split(self.solver_command(parts[0])), *rest]
+            return [program("coupler"), *self.case_arguments(), *self.side_options(), *rest]
+        return [*self.program_command(parts[0]), *rest]
 
 
 def parts_of(case: dict, case_file: Path) -> list[str]:
@@ -89,24 +100,19 @@ def parts_of(case: dict, case_file: Path) -> list[str]:
 
 
 def check(launch: Launch, parts: list[str]) -> str:
-    """Lets each program that will run check its part. Returns what would run; CaseError with all
-    faults, each said once though several programs read the common tables."""
-    names = {"flow": "flow_solver", "solid": "solid_solver", "coupling": "coupler"}
-    report, faults = "", []
-    for part in parts:
-        verb = ["check"] if part == "coupling" else []
-        flag = [] if part == "coupling" else ["--check"]
-        done = subprocess.run([program(names[part]), *verb, *launch.case_arguments(), *flag],
-                              capture_output=True, text=True)
-        if done.returncode == DONE:
-            report += done.stdout
-            continue
-        if done.returncode != CASE:
-            raise RuntimeError(f"{names[part]} could not check the case:\n{done.stderr.strip()}")
-        faults += [line for line in done.stderr.splitlines() if line.strip() and line not in faults]
-    if faults:
-        raise CaseError("\n".join(faults))
-    return report
+    """Lets the programs check the case (the coupler asks both solvers). Returns what would run;
+    CaseError with all faults."""
+    if "coupling" in parts:
+        command = [program("coupler"), "check", *launch.case_arguments(), *launch.side_options()]
+    else:
+        command = [*launch.program_command(parts[0]), "--check"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode == CASE:
+        raise CaseError(done.stderr.strip() or done.stdout.strip())
+    if done.returncode != DONE:
+        raise RuntimeError(f"{shlex.join(command)}\nended with exit code {done.returncode}:\n"
+                           f"{done.stderr.strip()}")
+    return done.stdout
 
 
 def _end_with_parent() -> None:
@@ -133,13 +139,12 @@ def run(launch: Launch, parts: list[str]) -> int:
 
 def effective_case(launch: Launch, parts: list[str], resolution: str | None) -> str:
     """The case with every default: each program prints the tables it reads."""
-    names = {"flow": "flow_solver", "solid": "solid_solver", "coupling": "coupler"}
     tables: dict[str, str] = {}
     for part in parts:
-        done = subprocess.run([program(names[part]), *launch.case_arguments(), "--effective"],
+        done = subprocess.run([program(PROGRAMS[part]), *launch.case_arguments(), "--effective"],
                               capture_output=True, text=True)
         if done.returncode != DONE:
-            raise RuntimeError(f"{names[part]} --effective failed:\n{done.stderr.strip()}")
+            raise RuntimeError(f"{PROGRAMS[part]} --effective failed:\n{done.stderr.strip()}")
         for name, text in split_tables(done.stdout).items():
             tables.setdefault(name, text)
     # The preset has been applied: its name would only ask for tables that are not here any more.

@@ -178,14 +178,15 @@ class LaunchTest(unittest.TestCase):
             at = [i for i in range(len(seen) - 1) if seen[i:i + 2] == pair]
             self.assertTrue(at, pair)
 
-    def test_a_coupled_case_starts_the_coupler_with_both_commands(self):
+    def test_a_coupled_case_starts_the_coupler_and_tells_it_of_the_solvers(self):
         self.case.write_text(CASE + "[solid]\nx = 1\n[coupling]\nx = 1\n")
-        done = self.launch(self.case, "--out", self.out, "--solid", "my solver", "--no-report")
+        done = self.launch(self.case, "--out", self.out, "--solid", "my solver",
+                           "--threads-flow", "2", "--no-report")
         self.assertEqual(done.returncode, 0, done.stderr)
         seen = (self.out / "arguments").read_text().splitlines()
         self.assertEqual(seen[0], "coupler")
         self.assertEqual(seen[seen.index("--solid") + 1], "my solver")
-        self.assertIn("flow_solver", seen[seen.index("--flow") + 1])
+        self.assertEqual(seen[seen.index("--threads-flow") + 1], "2")
 
     def test_a_case_with_a_fault_writes_nothing_and_says_it_once(self):
         self.case.write_text(CASE + "[solid]\nx = 1\n[coupling]\nx = 1\n")
