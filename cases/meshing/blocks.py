@@ -11,7 +11,8 @@ def make_box_hex(low: np.ndarray, high: np.ndarray, cells: tuple[int, int, int],
                  tissue: str) -> Mesh:
     """Block [low, high] of cells[d] equal hexes along each direction.
 
-    Node and face sets x_min, x_max, y_min, y_max, z_min, z_max; face set wet: the whole outside."""
+    Node and face sets x_min, x_max, y_min, y_max, z_min, z_max; node set all; face set wet: the
+    whole outside."""
     nx, ny, nz = cells
     axes = [np.linspace(low[d], high[d], cells[d] + 1) for d in range(3)]
     Z, Y, X = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
@@ -36,5 +37,6 @@ def make_box_hex(low: np.ndarray, high: np.ndarray, cells: tuple[int, int, int],
             faces = quads if outward_as_is else quads[:, ::-1]
             mesh.face_sets[f"{name}_{suffix}"] = faces.astype(np.int32)
             mesh.node_sets[f"{name}_{suffix}"] = np.unique(grid).astype(np.int32)
+    mesh.node_sets["all"] = np.arange(len(nodes), dtype=np.int32)
     mesh.face_sets["wet"] = np.concatenate(list(mesh.face_sets.values()))
     return mesh

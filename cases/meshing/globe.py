@@ -201,8 +201,10 @@ class GlobeBuilder:
         near_nerve = np.hypot(middle[:, 0] - NERVE_X, middle[:, 1] - NERVE_Y) < NERVE_RADIUS
         nerve = self.quads[near_nerve & (middle[:, 2] < 0.0)]
         mesh.face_sets["nerve"] = nerve.astype(np.int32)
+        posterior = outer[:, 2] < POSTERIOR_Z
+        mesh.face_sets["posterior"] = self.quads[posterior[self.quads].all(axis=1)].astype(np.int32)
         sets = {
-            "posterior": np.flatnonzero(outer[:, 2] < POSTERIOR_Z),
+            "posterior": np.flatnonzero(posterior),
             "nerve": np.unique(nerve),
             "apex": np.array([int(np.argmin(self.s))]),
             "equator": self._equator(outer),

@@ -90,6 +90,12 @@ class GlobeTest(unittest.TestCase):
         mesh = globe("medium")
         at = {name: mesh.nodes[nodes] * 1e3 for name, nodes in mesh.node_sets.items()}
         self.assertLess(at["posterior"][:, 2].max(), -6.0)
+        held = mesh.face_sets["posterior"]
+        self.assertLessEqual(set(held.ravel()), set(mesh.node_sets["posterior"]))
+        area = quality.SurfaceFigures(mesh.nodes, held).area * 1e6
+        # The cap of the spheroid behind z = -6 mm is 2 pi R h = 445 mm^2; the set ends at the last ring
+        # of quads wholly behind it, up to one facet (2.2 mm) short, 2 pi 10.4 mm x 2.2 mm = 144 mm^2.
+        self.assertTrue(445.0 - 144.0 < area < 445.0, area)
         np.testing.assert_allclose(at["apex"], [[0.0, 0.0, 12.8867]], atol=1e-3)
         self.assertEqual(len(at["equator"]), 56)
         # The ring of columns nearest to z = 0 is less than one facet (1.2 mm) away from it.
