@@ -10,8 +10,16 @@ import numpy as np
 FILES = ("probes.csv", "globals.csv", "solid_probes.csv", "solid_globals.csv")
 US = 1e6
 # Columns end in their unit: the longest suffix that fits is the unit.
-UNITS = ("kg_m3", "kg_m_s", "N_s", "Pa_s", "m_s2", "m_s", "m2", "m3", "Pa", "K", "m", "J", "N", "kg",
+UNITS = ("kg_m3", "kg_m_s", "N_m_s", "N_s", "Pa_s", "m_s2", "m_s", "m2", "m3", "Pa", "K", "m", "J", "N", "kg",
          "s", "1")
+
+# Longest first: "pressure" ends "overpressure" and "pressure_mean" does not end in it.
+QUANTITIES = ("principal_stress_max", "principal_strain_max", "principal_stress", "principal_strain",
+              "von_mises_mean", "von_mises_max", "von_mises", "pressure_mean", "pressure_min",
+              "pressure_max", "overpressure", "pressure", "density", "displacement_x",
+              "displacement_y", "displacement_z", "displacement", "velocity_x", "velocity_y",
+              "velocity_z", "u", "v", "w")
+MOST_PANELS = 20
 
 
 def split_unit(column: str) -> tuple[str, str]:
@@ -22,10 +30,13 @@ def split_unit(column: str) -> tuple[str, str]:
 
 
 def quantity_of(column: str) -> tuple[str, str]:
-    """What a column shows, apart from its place: its last word and its unit. Columns that agree in
-    both share one panel."""
+    """What a column shows, apart from its place, and its unit. Columns that agree in both share one
+    panel; a column of no known quantity shares it with those of its unit."""
     name, unit = split_unit(column)
-    return name.rsplit("_", 1)[-1], unit
+    for quantity in QUANTITIES:
+        if name == quantity or name.endswith("_" + quantity):
+            return quantity, unit
+    return "", unit
 
 
 def read_csv(file: Path) -> tuple[list[str], np.ndarray]:
@@ -36,7 +47,7 @@ def read_csv(file: Path) -> tuple[list[str], np.ndarray]:
 
 
 def curve_figures(out: Path):
-    """(caption, figure) per CSV file: one panel per kind of quantity, at most twelve."""
+    """(caption, figure) per CSV file: one panel per kind of quantity."""
     pictures = []
     for name in FILES:
         file = out / name
@@ -53,16 +64,17 @@ def curve_figures(out: Path):
 
 
 def _panels(columns: list[str], values: np.ndarray, panels: dict) -> plt.Figure:
-    chosen = list(panels.items())[:12]
+    chosen = list(panels.items())[:MOST_PANELS]
     rows = -(-len(chosen) // 2)
     figure, axes = plt.subplots(rows, min(2, len(chosen)), squeeze=False, figsize=(11, 2.6 * rows))
     for axis in axes.flat[len(chosen):]:
         axis.set_visible(False)
     for axis, ((quantity, unit), indices) in zip(axes.flat, chosen):
         for index in indices:
+            name = split_unit(columns[index])[0]
             axis.plot(values[:, 0] * US, values[:, index], linewidth=0.9,
-                      label=split_unit(columns[index])[0])
-        axis.set_ylabel(f"{quantity}, {unit}" if unit else quantity, fontsize=8)
+                      label=name.removesuffix(quantity).rstrip("_") or name)
+        axis.set_ylabel(", ".join(filter(None, (quantity.replace("_", " "), unit))), fontsize=8)
         axis.set_xlabel("time, us", fontsize=8)
         axis.tick_params(labelsize=7)
         axis.grid(alpha=0.3)

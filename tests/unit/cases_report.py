@@ -157,6 +157,8 @@ class ColumnTest(unittest.TestCase):
         self.assertEqual(split_unit("a_density_kg_m3"), ("a_density", "kg_m3"))
         self.assertEqual(split_unit("a_u_m_s"), ("a_u", "m_s"))
         self.assertEqual(quantity_of("front_overpressure_Pa"), ("overpressure", "Pa"))
+        self.assertEqual(quantity_of("ciliary_body_pressure_mean_Pa"), ("pressure_mean", "Pa"))
+        self.assertEqual(quantity_of("kinetic_J"), ("", "J"))
 
 
 if __name__ == "__main__":
