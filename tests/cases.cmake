@@ -8,7 +8,7 @@ endif()
 
 find_program(SHELLCHECK shellcheck)
 if(SHELLCHECK)
-  add_test(NAME cases_shell_scripts COMMAND ${SHELLCHECK} ${CMAKE_SOURCE_DIR}/cases/setup
+  add_test(NAME cases_shell_scripts COMMAND ${SHELLCHECK} ${CMAKE_SOURCE_DIR}/cases/setup ${CMAKE_SOURCE_DIR}/cases/run
            ${CMAKE_SOURCE_DIR}/tests/run ${CMAKE_SOURCE_DIR}/.ci/run)
   set_tests_properties(cases_shell_scripts PROPERTIES LABELS unit TIMEOUT 60)
 endif()
