@@ -34,17 +34,19 @@ void read_constants(Section& entry, const std::vector<MaterialLaw>& laws, Materi
       if (std::find(listed.begin(), listed.end(), constant.key) != listed.end()) continue;
       listed.emplace_back(constant.key);
       const bool by_speed = std::string_view(constant.key) == "bulk_modulus_Pa";
-      if (by_speed)
+      const bool given_by_speed = by_speed && !entry.listing() && entry.has("sound_speed_m_s");
+      // Only what was given is kept, so that the effective case can be read again.
+      if (by_speed && (entry.listing() || given_by_speed))
         entry.real("sound_speed_m_s", sound_speed,
                    {.unit = "m/s", .min = 0.0, .above_min = true,
                     .help = "instead of bulk_modulus_Pa: K = rho c^2 - 4 G / 3"});
-      const bool given_by_speed = by_speed && !entry.listing() && entry.has("sound_speed_m_s");
       if (given_by_speed && entry.has(constant.key))
         entry.fault("sound_speed_m_s", "given together with bulk_modulus_Pa; give one of them");
-      entry.real(constant.key, material.constants[k],
-                 {.unit = constant.unit, .min = 0.0, .above_min = true, .required = !given_by_speed,
-                  .help = constant.help,
-                  .advice = "for a liquid take a shear modulus of 1 to 10 Pa"});
+      if (!given_by_speed || entry.has(constant.key))
+        entry.real(constant.key, material.constants[k],
+                   {.unit = constant.unit, .min = 0.0, .above_min = true, .required = true,
+                    .help = constant.help,
+                    .advice = "for a liquid take a shear modulus of 1 to 10 Pa"});
       if (given_by_speed && !entry.has(constant.key))
         material.constants[k] = material.density * sound_speed * sound_speed - 4.0 / 3.0 * material.constants[0];
     }
