@@ -7,7 +7,7 @@ namespace ocublast::solid {
 namespace {
 
 /// Sums over the points of W elements what `evaluate` reports: volume means of the Cauchy stress and
-/// of grad u, the strain energy, the smallest Jacobian. Not in the force loop: logarithms by library.
+/// of grad u, the strain energy, the smallest Jacobian. Not in the force loop: the volumetric energies take logarithms from the library.
 template <class Law, int W>
 struct CellMeans {
   using V = Lanes<W>;
@@ -39,13 +39,7 @@ struct CellMeans {
     for (int i = 0; i < 9; ++i) gradient[i] += w * H[i];
     volume += Law::finite_strain ? w * (1.0 + g.j) : w;
     smallest = g.j + 1.0 < smallest ? g.j + 1.0 : smallest;
-    for (int l = 0; l < W; ++l) {
-      double constants[Law::n_constants];
-      for (int k = 0; k < Law::n_constants; ++k) constants[k] = c[k][l];
-      double h[9];
-      for (int i = 0; i < 9; ++i) h[i] = H[i][l];
-      energy[l] += w[l] * Law::isochoric_energy(constants, h, g.j[l]);
-    }
+    energy += w * Law::template isochoric_energy<V>(c, g);
   }
   inline __attribute__((always_inline)) void add_volumetric(const V* c, V dilatation, V reference_volume) {
     for (int l = 0; l < W; ++l) {

@@ -145,6 +145,17 @@ OCU_LANE_INLINE V inverse_cbrt(V x) {
   return y;
 }
 
+/// (1 + j)^(-2/3) - 1 without cancellation: z = y - 1 of y = (1 + j)^(-1/3) mended by one Newton step
+/// on (1 + z)^3 (1 + j) = 1, whose residual 3 z + 3 z^2 + z^3 + j (1 + z)^3 has no large terms.
+template <class V>
+OCU_LANE_INLINE V inverse_cbrt_square_minus_one(V j) {
+  const V y = inverse_cbrt(1.0 + j);
+  V z = y - 1.0;
+  const V residual = z * (3.0 + z * (3.0 + z)) + j * (y * y * y);
+  z -= residual / (3.0 * (y * y) * (1.0 + j));
+  return z * (2.0 + z);
+}
+
 /// Displacement gradient, its cofactor-based dilatation, and what laws need of them.
 template <class V>
 struct Gradient {

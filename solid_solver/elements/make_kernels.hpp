@@ -20,7 +20,7 @@ double evaluate_point(const double* constants, const double H[9], double P[9]) n
   Law::template isochoric_stress<V>(c, g, stress);
   const V mean = Law::template volumetric_stress<V>(c, g.j);
   for (int i = 0; i < 9; ++i) P[i] = stress[i][0] + mean[0] * g.cof[i][0];
-  return Law::isochoric_energy(constants, H, g.j[0]) + Law::volumetric_energy(constants, g.j[0]);
+  return Law::template isochoric_energy<V>(c, g)[0] + Law::volumetric_energy(constants, g.j[0]);
 }
 
 /// All element kernels of one law with W lanes.

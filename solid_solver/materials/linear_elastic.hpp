@@ -29,11 +29,12 @@ struct LinearElastic {
         P[3 * i + k] = c[G] * (g.H[3 * i + k] + g.H[3 * k + i] - (i == k ? 2.0 * third : V{}));
   }
   OCU_LAW_INLINE double volumetric_energy(const double* c, double j) { return 0.5 * c[K] * j * j; }
-  OCU_LAW_INLINE double isochoric_energy(const double* c, const double H[9], double j) {
-    double sum = 0.0;
+  template <class V>
+  OCU_LAW_INLINE V isochoric_energy(const V* c, const Gradient<V>& g) {
+    V sum{};
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k < 3; ++k) {
-        const double dev = 0.5 * (H[3 * i + k] + H[3 * k + i]) - (i == k ? j / 3.0 : 0.0);
+        const V dev = 0.5 * (g.H[3 * i + k] + g.H[3 * k + i]) - (i == k ? g.j * (1.0 / 3.0) : V{});
         sum += dev * dev;
       }
     return c[G] * sum;

@@ -40,12 +40,14 @@ struct NeoHookean {
   OCU_LAW_INLINE double volumetric_energy(const double* c, double j) {
     return 0.25 * c[K] * (j * (2.0 + j) - 2.0 * std::log1p(j));
   }
-  OCU_LAW_INLINE double isochoric_energy(const double* c, const double H[9], double j) {
-    // J^(-2/3) I1 - 3 = 3 expm1(-2/3 ln J) + J^(-2/3) (I1 - 3): small differences stay small.
-    const double scale_minus_one = std::expm1(-2.0 / 3.0 * std::log1p(j));
-    double excess = 2.0 * (H[0] + H[4] + H[8]);
-    for (int i = 0; i < 9; ++i) excess += H[i] * H[i];
-    return 0.5 * c[G] * (3.0 * scale_minus_one + (1.0 + scale_minus_one) * excess);
+  /// G/2 (J^(-2/3) I1 - 3) with J^(-2/3) I1 - 3 = 3 s + (1 + s) (I1 - 3), s = J^(-2/3) - 1: small
+  /// strains give small differences.
+  template <class V>
+  OCU_LAW_INLINE V isochoric_energy(const V* c, const Gradient<V>& g) {
+    const V s = inverse_cbrt_square_minus_one(g.j);
+    V excess = 2.0 * (g.H[0] + g.H[4] + g.H[8]);
+    for (int i = 0; i < 9; ++i) excess += g.H[i] * g.H[i];
+    return 0.5 * c[G] * (3.0 * s + (1.0 + s) * excess);
   }
 
  private:
