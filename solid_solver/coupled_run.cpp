@@ -91,6 +91,9 @@ void run_coupled(Session& session) {
       link::Role::solid, fmt::format("solid_solver {}", version_text), session.case_hash()));
   try {
     serve(session, participant);
+  } catch (const NumericsError& error) {
+    participant.abort(error.what(), ExitCode::numerics);
+    throw;
   } catch (const std::exception& error) {
     participant.abort(error.what());
     throw;

@@ -64,9 +64,10 @@ void run_alone(Session& session, const std::filesystem::path& out, bool quiet) {
     double due = std::min({end, progress.next_history, progress.next_field});
     const bool checkpoints = c.output.checkpoint_every > 0.0;
     if (checkpoints) due = std::min(due, progress.next_checkpoint);
+    if (is_due(due, end)) due = end;  // no last window of rounding size
     advance_alone(session, due);
     session.write_due(due >= end);
-    if (checkpoints && session.run().state().time >= progress.next_checkpoint) {
+    if (checkpoints && is_due(session.run().state().time, progress.next_checkpoint)) {
       progress.next_checkpoint = next_due(session.run().state().time, c.output.checkpoint_every);
       write_checkpoint_alone(session, link::checkpoint_directory(out, progress.window));
     }

@@ -5,3 +5,18 @@ target_link_libraries(solid_speed PRIVATE ocublast_solid_core ocublast_warnings)
 ocublast_test(NAME test_solid_elements LABEL unit SOURCES unit/solid_elements.cpp LIBRARIES ocublast_solid)
 ocublast_test(NAME test_solid_dynamics LABEL verification SOURCES verification/solid_dynamics.cpp
               LIBRARIES ocublast_solid TIMEOUT 120)
+set(solid_programs SOLID_SOLVER="$<TARGET_FILE:solid_solver>")
+ocublast_test(NAME test_solid_bad_input LABEL faults SOURCES faults/solid_bad_input.cpp
+              LIBRARIES ocublast_solid)
+target_compile_definitions(test_solid_bad_input PRIVATE ${solid_programs})
+add_dependencies(test_solid_bad_input solid_solver)
+
+add_executable(solid_toy_flow coupled/solid_toy_flow.cpp)
+target_link_libraries(solid_toy_flow PRIVATE ocublast_link ocublast_base ocublast_warnings)
+if(TARGET coupler)
+  ocublast_test(NAME test_solid_coupled LABEL coupled SOURCES coupled/solid_coupled.cpp
+                LIBRARIES ocublast_solid TIMEOUT 120)
+  target_compile_definitions(test_solid_coupled PRIVATE ${solid_programs}
+    COUPLER="$<TARGET_FILE:coupler>" TOY_FLOW="$<TARGET_FILE:solid_toy_flow>")
+  add_dependencies(test_solid_coupled solid_solver solid_toy_flow coupler)
+endif()

@@ -14,6 +14,8 @@ constexpr const char* isa_names[] = {"baseline", "avx2", "avx512"};
 
 }  // namespace
 
+bool is_due(double t, double due) { return t >= due * (1.0 - 1e-9); }
+
 double next_due(double t, double every) {
   // A time within rounding of a multiple counts as that multiple.
   return every * (std::floor(t / every * (1.0 + 1e-12) + 1e-9) + 1.0);
@@ -40,8 +42,8 @@ WindowResult Session::advance(const Window& window) {
 
 void Session::write_due(bool last) {
   const double t = run_.state().time;
-  const bool rows = last || t >= progress_.next_history;
-  const bool fields = last || t >= progress_.next_field;
+  const bool rows = last || is_due(t, progress_.next_history);
+  const bool fields = last || is_due(t, progress_.next_field);
   if (!rows && !fields) return;
   {
     const Stopwatch watch(wall_.tables);

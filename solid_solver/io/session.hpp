@@ -80,6 +80,8 @@ class Session {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// Whether t has come to `due`, up to rounding of summed windows.
+[[nodiscard]] bool is_due(double t, double due);
 /// Smallest multiple of `every` after t (s).
 [[nodiscard]] double next_due(double t, double every);
 

@@ -1,0 +1,155 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "coupler/base/hdf5_file.hpp"
+#include "solid_solver/mesh/mesh_check.hpp"
+#include "tests/support/solid_files.hpp"
+
+namespace ocublast::solid {
+namespace {
+
+using namespace test;
+
+SolidMesh block() { return make_block({.cells = {2, 2, 2}, .size = {0.1, 0.1, 0.1}}); }
+
+Outcome check(const Folder& folder, const std::string& more, const SolidMesh& mesh = block()) {
+  write_mesh(folder.path() / "mesh.h5", mesh);
+  const auto path = folder.path().string();
+  write_text(folder.path() / "case.toml", std::string(case_head) + "[time]\nend_s = 1e-3\n[solid]\nmesh = \"mesh.h5\"\n" + more);
+  return run_command(std::string(SOLID_SOLVER) + " " + path + "/case.toml --mesh-dir " + path + " --out " + path + "/out");
+}
+
+#define EXPECT_SAYS(outcome, words) EXPECT_NE((outcome).text.find(words), std::string::npos) << (outcome).text
+
+TEST(SolidBadInput, AllFaultsComeInOneMessage) {
+  Folder folder;
+  const auto outcome = check(folder,
+      "[[solid.material]]\nname = \"a\"\ntissues = [\"jelly\"]\nlaw = \"neo_hookean\"\ndensity_kg_m3 = 1.0\n"
+      "shear_modulus_Pa = 1e7\nbulk_modulus_Pa = 1e5\n"
+      "[[solid.fixed]]\nnodes = \"bottom\"\ndirections = [\"w\"]\n"
+      "[[solid.pressure]]\nfaces = \"lid\"\ntimes_s = [1.0, 0.0]\noverpressures_Pa = [1.0]\n"
+      "[solid.integrator]\nsafty = 0.5\n");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "has no tissue 'jelly'; it has block");
+  EXPECT_SAYS(outcome, "tissue 'block' of the mesh has no material");
+  EXPECT_SAYS(outcome, "is no density of a tissue");
+  EXPECT_SAYS(outcome, "is below the shear modulus");
+  EXPECT_SAYS(outcome, "no node set 'bottom'; it has x0");
+  EXPECT_SAYS(outcome, "'w' is no direction");
+  EXPECT_SAYS(outcome, "no face set 'lid'");
+  EXPECT_SAYS(outcome, "2 times for 1 values");
+  EXPECT_SAYS(outcome, "did you mean 'safety'");
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
+}
+
+TEST(SolidBadInput, UnknownLawNamesTheKnownOnes) {
+  Folder folder;
+  const auto outcome = check(folder, "[[solid.material]]\nname = \"a\"\ntissues = [\"block\"]\nlaw = \"rubber\"\ndensity_kg_m3 = 1000.0\n");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "neo_hookean");
+}
+
+TEST(SolidBadInput, InvertedCellIsNamedWithPlaceAndTissue) {
+  Folder folder;
+  auto mesh = block();
+  std::swap(mesh.hex8[8 * 3 + 0], mesh.hex8[8 * 3 + 6]);
+  const auto outcome = check(folder, case_material, mesh);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "1 inverted or zero-volume cells");
+  EXPECT_SAYS(outcome, "hex 3 in block at (0.075, 0.075, 0.025) m");
+}
+
+TEST(SolidBadInput, LooseAndDoubleNodesAndWrongNumbersAreNamed) {
+  auto loose = block();
+  loose.nodes.insert(loose.nodes.end(), {0.0, 0.0, 0.0});
+  const auto faults = check_mesh(loose);
+  ASSERT_EQ(faults.size(), 2u);
+  EXPECT_NE(faults[0].find("node 27 at (0, 0, 0) m"), std::string::npos) << faults[0];
+  EXPECT_NE(faults[1].find("nodes 0 and 27"), std::string::npos) << faults[1];
+  auto wrong = block();
+  wrong.hex8[5] = 99;
+  wrong.hex_tissue[1] = 4;
+  EXPECT_EQ(check_mesh(wrong).size(), 2u);
+}
+
+TEST(SolidBadInput, WetSurfaceMustBeClosedAndOutward) {
+  auto open = block();
+  open.face_sets["wet"].pop_back();
+  EXPECT_NE(check_closed_surface(open, "wet").at(0).find("is not closed"), std::string::npos);
+  auto turned = block();
+  std::swap(turned.face_sets["wet"][0][1], turned.face_sets["wet"][0][3]);
+  EXPECT_NE(check_closed_surface(turned, "wet").at(0).find("turned or repeated"), std::string::npos);
+  auto inward = block();
+  for (auto& f : inward.face_sets["wet"]) std::swap(f[1], f[3]);
+  EXPECT_NE(check_closed_surface(inward, "wet").at(0).find("point inward"), std::string::npos);
+  EXPECT_TRUE(check_closed_surface(block(), "wet").empty());
+}
+
+TEST(SolidBadInput, NodeMovedByTwoEntriesIsNamed) {
+  Folder folder;
+  const std::string entry = "[[solid.prescribed]]\nnodes = \"z0\"\ndirection = \"z\"\ntimes_s = [0.0]\ndisplacements_m = [0.0]\n";
+  const auto outcome = check(folder, std::string(case_material) + entry + entry);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "9 nodes are moved by two entries: node 0 in z");
+}
+
+TEST(SolidBadInput, MissingMeshAndForeignFileAreCaseErrors) {
+  Folder folder;
+  auto outcome = check(folder, case_material);
+  std::filesystem::remove(folder.path() / "mesh.h5");
+  const auto path = folder.path().string();
+  const std::string command = std::string(SOLID_SOLVER) + " " + path + "/case.toml --mesh-dir " + path + " --check";
+  EXPECT_EQ(run_command(command).code, 2);
+  write_text(folder.path() / "mesh.h5", "not HDF5");
+  outcome = run_command(command);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "mesh.h5");
+}
+
+TEST(SolidBadInput, ElementThatInvertsStopsTheRunWithPlaceAndTime) {
+  Folder folder;
+  const auto outcome = check(folder, std::string(case_material) +
+      "[[solid.pressure]]\nfaces = \"z1\"\ntimes_s = [0.0]\noverpressures_Pa = [5e8]\n");
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_SAYS(outcome, "of tissue block inverted");
+  EXPECT_SAYS(outcome, "at t = ");
+}
+
+TEST(SolidBadInput, CoupledCaseWithoutCouplerSaysHowToStartIt) {
+  Folder folder;
+  const auto outcome = check(folder, std::string(case_material) + "[coupling]\n");
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_SAYS(outcome, "coupler");
+}
+
+TEST(SolidRestart, ContinuesBitForBit) {
+  Folder folder;
+  const std::string load = "[[solid.pressure]]\nfaces = \"z1\"\ntimes_s = [0.0, 1e-3]\noverpressures_Pa = [1e3, 0.0]\n"
+                           "[[solid.spring]]\nfaces = \"z0\"\nstiffness_Pa_m = 1e8\ndamping_Pa_s_m = 1e4\n"
+                           "[solid.output]\nevery_s = 2e-4\nhistory_every_s = 5e-5\ncheckpoint_every_s = 4e-4\n";
+  const auto outcome = check(folder, std::string(case_material) + load);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  const auto path = folder.path().string();
+  const auto first = read_text(folder.path() / "out" / "solid_globals.csv");
+  // Again from the checkpoint at 0.4 ms: the later ones are taken away.
+  std::filesystem::path last;
+  std::vector<std::filesystem::path> checkpoints;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "out" / "checkpoint")) checkpoints.push_back(entry.path());
+  std::sort(checkpoints.begin(), checkpoints.end());
+  ASSERT_EQ(checkpoints.size(), 2u);
+  std::filesystem::remove_all(checkpoints[1]);
+  const auto resumed = run_command(std::string(SOLID_SOLVER) + " " + path + "/case.toml --mesh-dir " + path + " --out " + path +
+                                   "/again --resume " + path + "/out");
+  ASSERT_EQ(resumed.code, 0) << resumed.text;
+  EXPECT_TRUE(first == read_text(folder.path() / "again" / "solid_globals.csv"));
+  EXPECT_GT(first.size(), 1000u);
+  const auto last_field = [&](const char* run, const char* name) {
+    return Hdf5File::open(folder.path() / run / "solid" / "0005.h5").read<float>(name);
+  };
+  for (const char* name : {"position", "velocity", "hex8/stress"})
+    EXPECT_TRUE(last_field("out", name) == last_field("again", name)) << name;
+}
+
+}  // namespace
+}  // namespace ocublast::solid
