@@ -28,7 +28,7 @@ struct CutLines {
   std::vector<Segment> segments;   ///< ordered by c, then b, then begin
   int n_walls = 0;                 ///< wall ends of this direction
   /// Ghost states of the wall ends [n_walls, n_ghost, n_primitive], layer 0 next to the fluid;
-  /// renewed at every stage.
+  /// renewed at every stage; their place in memory changes with the topology only.
   std::vector<double> ghost;
   /// Position of the wall on the line, m, per wall end.
   std::vector<double> wall_position;

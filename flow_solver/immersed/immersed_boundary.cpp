@@ -76,7 +76,6 @@ void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
   const auto& walls = topology.cut.walls[axis];
   auto& ghosts = topology.ghosts[axis];
   auto& values = topology.cut.lines[axis].ghost;
-  values.resize(ghosts.size() * n_primitive);
   const FluidNodes view = nodes();
   const auto n = static_cast<std::ptrdiff_t>(walls.size());
   std::uint64_t fallbacks = 0;

@@ -227,6 +227,8 @@ Topology make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOpt
   const Reuse reuse(grid, bodies, old, topology.cut);
   for (int axis = 0; axis < 3; ++axis) {
     find_ghosts(grid, bodies, nodes, axis, old, reuse, topology);
+    // Taken here, not at the first stage: the flow keeps the place of the values.
+    topology.cut.lines[axis].ghost.assign(topology.ghosts[axis].size() * n_primitive, 0.0);
   }
   find_band(grid, nodes, topology);
   return topology;
