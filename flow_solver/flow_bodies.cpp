@@ -66,6 +66,60 @@ void Flow::Core::set_segments(int axis) {
   ctx.wall_ghost[axis] = lines.ghost.data();
 }
 
+void Flow::Core::add_wall_nodes(int axis) {
+  const int b_axis = axis == 0 ? 1 : 0, c_axis = axis == 2 ? 1 : 2;
+  for (const Segment& s : bodies->lines(axis).segments) {
+    for (int side = -1; side <= 1; side += 2) {
+      const int wall = side < 0 ? s.wall_low : s.wall_high;
+      if (wall < 0) continue;
+      int at[3] = {};
+      at[axis] = side < 0 ? s.begin : s.end - 1;
+      at[b_axis] = s.b;
+      at[c_axis] = s.c;
+      wall_nodes[static_cast<std::size_t>(at[2])].push_back(
+          {.i = at[0], .j = at[1], .axis = axis, .side = side, .wall = wall});
+    }
+  }
+}
+
+double Flow::Core::wall_dilatation(const WallNode& node, int k) const {
+  const Block& w = ctx.W;
+  const std::ptrdiff_t stride = node.axis == 0 ? 1 : (node.axis == 1 ? w.sj : w.sk);
+  const int along = node.axis == 0 ? node.i : (node.axis == 1 ? node.j : k);
+  const double* beyond = w.data + node.i + node.j * w.sj + k * w.sk + node.side * stride;
+  const double ghost = ctx.wall_ghost[node.axis][node.wall * n_ghost * n_primitive + prim_u + node.axis];
+  return node.side * 0.5 * ctx.line[node.axis].inverse_jacobian[along] *
+         (ghost - beyond[(prim_u + node.axis) * w.sf]);
+}
+
+void Flow::Core::correct_dilatation(int k) {
+  if (!bodies) return;
+  for (const WallNode& node : wall_nodes[static_cast<std::size_t>(k)]) {
+    ctx.R.data[node.i + node.j * ctx.R.sj + k * ctx.R.sk] += wall_dilatation(node, k);
+  }
+}
+
+void Flow::Core::correct_bulk(int k) {
+  if (!bodies) return;
+  const Block& w = ctx.W;
+  // A mirrored ghost repeats the layer of its distance, another one the last node.
+  const auto spread = [&](int axis, int along, std::ptrdiff_t stride, double* at) {
+    const LineView& line = ctx.line[axis];
+    const int n = ctx.n[axis];
+    if (line.periodic || !ctx.present[axis]) return;
+    for (int g = 0; g < n_ghost; ++g) {
+      if (along == (line.low == LaneEnd::domain_ghost ? 0 : g)) at[(-1 - g - along) * stride] = *at;
+      if (along == n - 1 - (line.high == LaneEnd::domain_ghost ? 0 : g)) at[(n + g - along) * stride] = *at;
+    }
+  };
+  for (const WallNode& node : wall_nodes[static_cast<std::size_t>(k)]) {
+    double* at = w.data + node.i + node.j * w.sj + k * w.sk;
+    at[field_bulk * w.sf] -= at[field_beta * w.sf] * wall_dilatation(node, k);
+    spread(0, node.i, 1, at + field_bulk * w.sf);
+    spread(1, node.j, w.sj, at + field_bulk * w.sf);
+  }
+}
+
 void Flow::Core::take_topology(bool convert) {
   const std::span<const std::uint8_t> tags = bodies->tags();
   const Gas& gas = options.gas;
@@ -93,8 +147,11 @@ void Flow::Core::take_topology(bool convert) {
     }
   }
   ctx.bodies = true;
+  wall_nodes.assign(static_cast<std::size_t>(ctx.n[2]), {});
   for (int axis = 0; axis < 3; ++axis) {
-    if (ctx.present[axis]) set_segments(axis);
+    if (!ctx.present[axis]) continue;
+    set_segments(axis);
+    add_wall_nodes(axis);
   }
 }
 

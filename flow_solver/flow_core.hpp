@@ -14,6 +14,15 @@
 
 namespace ocublast::flow {
 
+/// The fluid node at a wall end. Its neighbour beyond the wall is another side's gas or a body node;
+/// the dilatation there takes the wall end's ghost instead.
+struct WallNode {
+  int i = 0, j = 0;
+  int axis = 0;
+  int side = 0;           ///< +1: the wall is above the node
+  std::ptrdiff_t wall = 0;
+};
+
 /// Cut segments of one direction in batches of eight, grouped by the line index c.
 struct SegmentBatches {
   std::vector<SegmentBatch> batch;
@@ -39,6 +48,7 @@ struct Flow::Core {
   std::vector<PlaneMaxima> maxima;
   std::unique_ptr<BodiesInFlow> bodies;
   std::array<SegmentBatches, 3> segments;
+  std::vector<std::vector<WallNode>> wall_nodes;  ///< per plane k
   bool prepared = false;  ///< coefficients belong to the current state
   double convection = 0.0, diffusion = 0.0;
   double p_min = 0.0, p_max = 0.0;
@@ -49,6 +59,12 @@ struct Flow::Core {
   /// Masks, batches and conserved values of nodes that are or were in bodies.
   void take_topology(bool convert);
   void set_segments(int axis);
+  void add_wall_nodes(int axis);
+  /// What the ghost of a wall end adds to the central dilatation (1/s) of its node in plane k.
+  [[nodiscard]] double wall_dilatation(const WallNode& node, int k) const;
+  /// Dilatation, and the bulk pressure, of the wall nodes of plane k.
+  void correct_dilatation(int k);
+  void correct_bulk(int k);
 
   void store_state(int i, int j, int k, const State& s);
   void fill_padding();

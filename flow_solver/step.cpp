@@ -52,7 +52,10 @@ void Flow::Core::prepare() {
   }
   fill_ghosts();
 #pragma omp parallel for schedule(static) num_threads(threads)
-  for (int k = 0; k < n2; ++k) kernels->theta_plane(ctx, k, maxima[static_cast<std::size_t>(k)]);
+  for (int k = 0; k < n2; ++k) {
+    kernels->theta_plane(ctx, k, maxima[static_cast<std::size_t>(k)]);
+    correct_dilatation(k);
+  }
   convection = 0.0;
   p_max = 0.0;
   p_min = 1e300;
@@ -102,7 +105,10 @@ void Flow::Core::sweep_planes() {
     }
 #pragma omp for schedule(static)
     for (int k = 0; k < n2; ++k) {
-      if (ctx.bulk) kernels->bulk_plane(ctx, k);
+      if (ctx.bulk) {
+        kernels->bulk_plane(ctx, k);
+        correct_bulk(k);
+      }
       kernels->sweep_x(ctx, own, k, 0, ctx.row_groups);
       const auto run = [&](int axis) {
         const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
@@ -123,7 +129,10 @@ void Flow::Core::sweep_planes() {
 
 /// The same where there is only one plane: threads share its lines.
 void Flow::Core::sweep_one_plane() {
-  if (ctx.bulk) kernels->bulk_plane(ctx, 0);
+  if (ctx.bulk) {
+    kernels->bulk_plane(ctx, 0);
+    correct_bulk(0);
+  }
   if (ctx.viscous) kernels->gradient_plane(ctx, 0);
 #pragma omp parallel num_threads(options.threads)
   {

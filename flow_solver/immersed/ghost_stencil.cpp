@@ -214,14 +214,17 @@ std::array<double, n_primitive> ghost_state(const Foot& foot, const Stencil& ste
   const Vec3 u = wall.slip == WallSlip::no_slip
                      ? wall.velocity - reach * relative
                      : image.u - (1.0 + reach) * dot(relative, foot.normal) * foot.normal;
+  const double rho = density(gas, image.p, image.T);
+  const double p = std::clamp(image.p + rho * wall.acceleration * (stencil.distance + foot.depth),
+                              lowest_ratio * image.p, highest_ratio * image.p);
   double T = image.T;
   if (wall.temperature > 0.0) {
     T = std::clamp(wall.temperature - reach * (image.T - wall.temperature), lowest_ratio * image.T,
                    highest_ratio * image.T);
+  } else if (p != image.p) {
+    // Entropy, not temperature, is even about an accelerated adiabatic wall.
+    T *= std::pow(p / image.p, 1.0 - 1.0 / gas.heat_capacity_ratio);
   }
-  const double rho = density(gas, image.p, image.T);
-  const double p = std::clamp(image.p + rho * wall.acceleration * (stencil.distance + foot.depth),
-                              lowest_ratio * image.p, highest_ratio * image.p);
   return {density(gas, p, T), u[0], u[1], u[2], T};
 }
 

@@ -121,6 +121,7 @@ LineTable make_line_table(int n, LineEnd low, LineEnd high, const LineScheme& sc
     const int reach = to_low < to_high ? to_low : to_high;
     const int r = reach < 4 ? reach : 4;
     flux_alpha[s] = flux_end.alpha[r];
+    filter_alpha[s] = filter_end.alpha[r];
     for (std::size_t m = 0; m < 3; ++m) t.flux[s * flux_row_size + m] = flux_end.weights[r][m];
     for (std::size_t m = 0; m < 4; ++m) t.filter[s * filter_row_size + m] = filter_end.weights[r][m];
   }
@@ -162,6 +163,11 @@ EndRows make_filter_end_rows(const LineScheme& scheme) {
     const std::array<double, 4> k = filter_weights(reach, scheme.filter_alpha);
     for (std::size_t m = 0; m < 4; ++m) e.weights[reach][m] = k[m];
   }
+  // No filter flux on the outermost face of the ghosts: a second-order one is proportional to the
+  // slope there, and the implicit coupling carries a quarter of it to a wall four nodes inside; the
+  // wall of a piston then seems displaced by a tenth of a cell.
+  e.alpha[1] = 0.0;
+  for (double& weight : e.weights[1]) weight = 0.0;
   return e;
 }
 
