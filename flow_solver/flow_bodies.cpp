@@ -64,6 +64,7 @@ void Flow::Core::set_segments(int axis) {
   }
   out.begin[static_cast<std::size_t>(n_c)] = out.batch.size();
   ctx.wall_ghost[axis] = lines.ghost.data();
+  ctx.wall_motion[axis] = lines.wall_motion.data();
 }
 
 void Flow::Core::add_wall_nodes(int axis) {

@@ -5,7 +5,7 @@ ocublast_test(NAME test_immersed_boundary LABEL unit SOURCES unit/immersed_bound
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
 ocublast_test(NAME test_immersed_speed LABEL verification SOURCES verification/immersed_speed.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
-if(TARGET ocublast_flow_core)
+if(TARGET ocublast_flow_step)
   ocublast_test(NAME test_immersed_flow LABEL verification TIMEOUT 300
-    SOURCES verification/immersed_flow.cpp LIBRARIES ocublast_flow_core ocublast_flow_immersed)
+    SOURCES verification/immersed_flow.cpp LIBRARIES ocublast_flow_step)
 endif()

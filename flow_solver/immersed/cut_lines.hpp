@@ -30,6 +30,9 @@ struct CutLines {
   /// Ghost states of the wall ends [n_walls, n_ghost, n_primitive], layer 0 next to the fluid;
   /// renewed at every stage; their place in memory changes with the topology only.
   std::vector<double> ghost;
+  /// Unit normal of the wall (zero: no slip) and its velocity, m/s, per wall end [n_walls, 6];
+  /// renewed with the ghosts. For fluxes that mirror the end node's own state.
+  std::vector<double> wall_motion;
   /// Position of the wall on the line, m, per wall end.
   std::vector<double> wall_position;
 };

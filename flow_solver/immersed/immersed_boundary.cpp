@@ -76,6 +76,7 @@ void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
   const auto& walls = topology.cut.walls[axis];
   auto& ghosts = topology.ghosts[axis];
   auto& values = topology.cut.lines[axis].ghost;
+  auto& motion = topology.cut.lines[axis].wall_motion;
   const FluidNodes view = nodes();
   const auto n = static_cast<std::ptrdiff_t>(walls.size());
   std::uint64_t fallbacks = 0;
@@ -89,7 +90,15 @@ void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
         follow_ghost(grid, bodies, view, axis, wall, layer, false, ghost);
       }
       const Sample image = sample(ghost.stencil, W, gas);
-      const auto state = ghost_state(ghost.foot, ghost.stencil, image, wall_state(ghost.foot), gas);
+      const WallState motion_there = wall_state(ghost.foot);
+      const auto state = ghost_state(ghost.foot, ghost.stencil, image, motion_there, gas);
+      if (layer == 0) {
+        double* at = &motion[static_cast<std::size_t>(w) * 6];
+        for (int a = 0; a < 3; ++a) {
+          at[a] = motion_there.slip == WallSlip::slip ? ghost.foot.normal[a] : 0.0;
+          at[3 + a] = motion_there.velocity[a];
+        }
+      }
       std::copy(state.begin(), state.end(), values.begin() + static_cast<std::ptrdiff_t>(g * n_primitive));
       fallbacks += ghost.stencil.own_state ? 1 : 0;
     }

@@ -229,6 +229,7 @@ Topology make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOpt
     find_ghosts(grid, bodies, nodes, axis, old, reuse, topology);
     // Taken here, not at the first stage: the flow keeps the place of the values.
     topology.cut.lines[axis].ghost.assign(topology.ghosts[axis].size() * n_primitive, 0.0);
+    topology.cut.lines[axis].wall_motion.assign(topology.cut.walls[axis].size() * 6, 0.0);
   }
   find_band(grid, nodes, topology);
   return topology;

@@ -77,6 +77,7 @@ struct Context {
   bool bodies = false;
   const std::uint8_t* cut[3] = {};      ///< lanes whose line is cut: x [k, group], y [k, tile], z [j, tile]
   const double* wall_ghost[3] = {};     ///< [wall, layer, primitive]
+  const double* wall_motion[3] = {};    ///< [wall, 6]: unit normal (zero: no slip), velocity
   const std::uint8_t* line_marked[3] = {};  ///< same shapes as cut: lanes with a marked node
   const std::uint8_t* mark = nullptr;   ///< [k, j, 8 tiles]: first-order nodes
   std::uint8_t* failed = nullptr;       ///< same shape: nodes that failed the positivity test

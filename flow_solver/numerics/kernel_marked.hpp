@@ -33,7 +33,8 @@ OCU_INLINE PointState point_from_primitive(const Context& ctx, double rho, const
   return point_from_conserved(ctx, q);
 }
 
-/// State across the end of a lane next to own state s.
+/// State across the end of a lane next to own state s. At a wall `ghost` is its motion: unit normal
+/// (zero: no slip), velocity.
 template <int D>
 OCU_INLINE PointState state_across(const Context& ctx, LaneEnd end, const PointState& s,
                                    const double* ghost, Index stride) {
@@ -47,10 +48,23 @@ OCU_INLINE PointState state_across(const Context& ctx, LaneEnd end, const PointS
     for (int a = 0; a < 3; ++a) u[a] = -u[a];
     return point_from_primitive(ctx, s.q[0], u, T);
   }
+  if (end == LaneEnd::wall) {
+    // The own state mirrored: a flux between the interpolated ghost and the first node can swallow a
+    // supersonic stream.
+    const double* normal = ghost;
+    const double* wall = ghost + 3;
+    double approach = 0.0;
+    bool slip = false;
+    for (int a = 0; a < 3; ++a) {
+      approach += (s.u[a] - wall[a]) * normal[a];
+      slip = slip || normal[a] != 0.0;
+    }
+    for (int a = 0; a < 3; ++a) {
+      u[a] = slip ? s.u[a] - 2.0 * approach * normal[a] : 2.0 * wall[a] - s.u[a];
+    }
+    return point_from_primitive(ctx, s.q[0], u, T);
+  }
   for (int a = 0; a < 3; ++a) u[a] = ghost[(1 + a) * stride];
-  // Across a wall the own density and temperature: a Riemann flux between ghost and first node can
-  // swallow a supersonic stream.
-  if (end == LaneEnd::wall) return point_from_primitive(ctx, s.q[0], u, T);
   return point_from_primitive(ctx, ghost[0], u, ghost[4 * stride]);
 }
 

@@ -155,6 +155,29 @@ OCU_INLINE void load_metric(const Context& ctx, int axis, const SegmentBatch& s,
   }
 }
 
+/// A ghost node beyond a mirrored end of a lane so short that its mirror image lies beyond the wall
+/// at the other end: the wall's ghost of that layer, mirrored. The domain's ghost there holds what
+/// is on the wall's other side. Null: not such a node.
+template <int D>
+OCU_INLINE const double* ghost_across_mirror(const Context& ctx, const SegmentBatch& s,
+                                             const SegmentLanes& t, int l, int at) {
+  const int lane = l < s.lanes ? l : 0;
+  const int n = s.length[lane];
+  if (at >= 0 && at < n) return nullptr;
+  const bool low = at < 0;
+  const int layer = (low ? -1 - at : at - n) - n;
+  if (layer < 0 || !is_mirror(low ? t.low[l] : t.high[l])) return nullptr;
+  if ((low ? t.high[l] : t.low[l]) != LaneEnd::wall) return nullptr;
+  const int wall = low ? s.wall_high[lane] : s.wall_low[lane];
+  return ctx.wall_ghost[D] + (static_cast<Index>(wall) * 4 + layer) * 5;
+}
+
+/// Does component f of (density, velocity or momentum, ..) change sign in a mirrored end?
+template <int D>
+OCU_INLINE bool flips(LaneEnd end, int f) {
+  return f == 1 + D || (end == LaneEnd::mirrored_no_slip && f >= 1 && f <= 3);
+}
+
 /// Node values of a lane into the transposed scratch: fluid nodes, four ghosts at each end, then
 /// repetitions up to the longest lane. Diffusivities of ghosts are those of the end node.
 template <int D, bool Visc>
@@ -179,6 +202,9 @@ OCU_INLINE void load_lane(const Context& ctx, const SegmentBatch& s, const Segme
       const int layer = at < 0 ? -1 - at : at - n;
       const double* ghost = ctx.wall_ghost[D] + (static_cast<Index>(index) * 4 + layer) * 5;
       for (int f = 0; f < 5; ++f) out[f * tile_width] = ghost[f];
+    } else if (const double* across = ghost_across_mirror<D>(ctx, s, t, l, at)) {
+      const LaneEnd end = at < 0 ? t.low[l] : t.high[l];
+      for (int f = 0; f < 5; ++f) out[f * tile_width] = flips<D>(end, f) ? -across[f] : across[f];
     } else {
       for (int f = 0; f < 5; ++f) out[f * tile_width] = base[at * sl + f * w.sf];
     }
@@ -221,11 +247,11 @@ OCU_INLINE Lanes segment_lanes(const Context& ctx, const SegmentBatch& s, const 
     lanes.high_state[l] = node + n * wl;
     lanes.low_stride[l] = lanes.high_stride[l] = ctx.W.sf;
     if (t.low[l] == LaneEnd::wall) {
-      lanes.low_state[l] = ctx.wall_ghost[D] + static_cast<Index>(s.wall_low[lane]) * 20;
+      lanes.low_state[l] = ctx.wall_motion[D] + static_cast<Index>(s.wall_low[lane]) * 6;
       lanes.low_stride[l] = 1;
     }
     if (t.high[l] == LaneEnd::wall) {
-      lanes.high_state[l] = ctx.wall_ghost[D] + static_cast<Index>(s.wall_high[lane]) * 20;
+      lanes.high_state[l] = ctx.wall_motion[D] + static_cast<Index>(s.wall_high[lane]) * 6;
       lanes.high_stride[l] = 1;
     }
     if (l >= s.lanes || !ctx.any_mark) continue;
@@ -308,10 +334,12 @@ OCU_INLINE void load_filter_lane(const Context& ctx, const SegmentBatch& s, cons
     } else if (is_mirror(end) && layer < n) {
       const int from = low ? layer : n - 1 - layer;
       for (int f = 0; f < 5; ++f) {
-        const bool flip = f == 1 + D || (end == LaneEnd::mirrored_no_slip && f >= 1 && f <= 3);
         const double v = a[from * al + f * ctx.A.sf];
-        q[f] = flip ? -v : v;
+        q[f] = flips<D>(end, f) ? -v : v;
       }
+    } else if (const double* across = ghost_across_mirror<D>(ctx, s, t, l, at)) {
+      ghost_conserved<D>(ctx, across, 1, q);
+      for (int f = 0; f < 5; ++f) q[f] = flips<D>(end, f) ? -q[f] : q[f];
     } else {
       ghost_conserved<D>(ctx, w + at * wl, ctx.W.sf, q);
     }

@@ -127,9 +127,10 @@ struct PistonError {
   double largest = 0.0;
 };
 
-/// Piston x = x0 + A (1 - cos w t) at the left end of a tube; until the first wave has run through
-/// the tube the face pressure is that of a simple wave.
-PistonError drive_piston(int n, double w) {
+/// Piston x = x0 + A (1 - cos w t) at the left end of a tube, until t_end; as long as its wave has
+/// not steepened into a shock the face pressure is that of a simple wave. The first .03, in which the
+/// pressure slope of the sudden acceleration has not reached the first nodes, are left out.
+PistonError drive_piston(int n, double w, double t_end) {
   const double A = .02;
   const double x0 = .1034;
   const double length = 1.2;
@@ -148,7 +149,7 @@ PistonError drive_piston(int n, double w) {
   const double c0 = std::sqrt(g);
   double sum = 0.0, sum2 = 0.0, largest = 0.0;
   int count = 0;
-  run(flow, bodies, 1.0,
+  run(flow, bodies, t_end,
       [&](double t, double dt) {
         std::vector<double> x = rest, v(rest.size(), 0.0);
         for (std::size_t a = 0; a < x.size(); a += 3) {
@@ -158,6 +159,7 @@ PistonError drive_piston(int n, double w) {
         bodies.set_path(0, t, t + dt, x, v);
       },
       [&](double t) {
+        if (t < .03) return;
         const BodyLoad load = bodies.load(flow.primitives(), 0, 0.0);
         const double p = -load.force[0] / load.exposed_area;
         const double exact = std::pow(1 + .5 * (g - 1) * A * w * std::sin(w * t) / c0, 2 * g / (g - 1));
@@ -173,15 +175,18 @@ PistonError drive_piston(int n, double w) {
 
 TEST(ImmersedPiston, HasTheFacePressureOfASimpleWave) {
   for (const double w : {6.0, 20.0}) {
-    const PistonError coarse = drive_piston(100, w);
-    const PistonError fine = drive_piston(200, w);
+    // At w = 20 the wave becomes a shock after 2 c0 / ((gamma + 1) A w^2) = 0.12.
+    const double t_end = w < 10 ? 1.0 : .12;
+    const PistonError coarse = drive_piston(100, w, t_end);
+    const PistonError fine = drive_piston(200, w, t_end);
     std::printf("piston w %.0f, n 100 200: standard deviation of p/p_exact %.2e %.2e (order %.2f), largest %.2e %.2e\n",
                 w, coarse.deviation, fine.deviation, std::log2(coarse.deviation / fine.deviation),
                 coarse.largest, fine.largest);
-    // Four mirrored layers: 1.5e-4 and 4e-5 at w = 6; 3.6e-3 and 1.1e-3 at w = 20, with a margin of
-    // two for another scheme and read-out.
-    EXPECT_LT(coarse.deviation, w < 10 ? 3e-4 : 8e-3);
-    EXPECT_LT(fine.deviation, w < 10 ? 1e-4 : 2.5e-3);
+    // Prototypes in one dimension with four mirrored layers: 1.5e-4 and 4e-5 at w = 6, 3.6e-3 and
+    // 1.1e-3 at w = 20.
+    EXPECT_LT(coarse.deviation, w < 10 ? 2e-4 : 6e-3);
+    EXPECT_LT(fine.deviation, w < 10 ? 6e-5 : 2e-3);
+    EXPECT_GT(std::log2(coarse.deviation / fine.deviation), 1.5);
   }
 }
 
@@ -319,9 +324,11 @@ TEST(ImmersedSphere, IsHitByAShockSymmetrically) {
               peak / (reflected_pressure(behind.p) - 1), mirror, turn, load.force[0], load.force[1],
               load.force[2], static_cast<unsigned long long>(bodies.n_fallbacks()));
   EXPECT_GT(peak / (reflected_pressure(behind.p) - 1), .6);
-  // Nothing but rounding breaks the symmetry; shocks amplify it by some orders in 100 steps.
+  // Nothing but rounding breaks the mirror symmetry; shocks amplify it by some orders in 100 steps.
   EXPECT_LT(mirror, 1e-8);
-  EXPECT_LT(turn, 1e-8);
+  // The filter takes the directions one after the other, which commutes away from walls only: y and
+  // z differ by a part of what it removes there (without the filter by 2e-13).
+  EXPECT_LT(turn, .01 * reflected_pressure(behind.p));
 }
 
 }  // namespace
