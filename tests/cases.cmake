@@ -31,3 +31,9 @@ if(DOCKER_COMPOSE)
            config -q)
   set_tests_properties(cases_compose_file PROPERTIES LABELS unit TIMEOUT 60)
 endif()
+
+# Whole cases need all three programs.
+if(TARGET flow_solver AND TARGET solid_solver AND TARGET coupler)
+  ocublast_python_test(cases_alone verification verification 300)
+  ocublast_python_test(cases_coupled coupled coupled 600)
+endif()

@@ -140,6 +140,16 @@ def finish(chosen: argparse.Namespace, case: dict, case_file: Path, out: Path, a
     print(f"results: {out}")
 
 
+def say_how_it_ended(out: Path, code: int, stopped: bool) -> None:
+    checkpoints = out / "checkpoint"
+    if stopped and checkpoints.is_dir() and any(checkpoints.iterdir()):
+        text = f"stopped on request; go on with: cases/run --resume {shlex.quote(str(out))}"
+    else:
+        meaning = programs.MEANING.get(code, "an unexpected fault")
+        text = f"ended with exit code {code} ({meaning}); logs: {out / 'log'}"
+    print(f"cases/run: {text}", file=sys.stderr)
+
+
 def run(arguments: list[str]) -> int:
     chosen = parse_arguments(arguments)
     if chosen.list:
@@ -164,14 +174,12 @@ def run(arguments: list[str]) -> int:
         (out / "case.toml").write_text(text)
     print(f"{case['case']['title']}\nresults go to {out}", flush=True)
     before = time.monotonic()
-    code = programs.run(launch, parts)
+    code, stopped = programs.run(launch, parts)
     wall = {"wall_time_s": round(time.monotonic() - started, 3),
             "mesh_s": round(mesh_seconds, 3),
             "run_s": round(time.monotonic() - before, 3)}
     if code != programs.DONE:
-        meaning = programs.MEANING.get(code, "an unexpected fault")
-        print(f"cases/run: ended with exit code {code} ({meaning}); logs: {out / 'log'}",
-              file=sys.stderr)
+        say_how_it_ended(out, code, stopped)
         return code
     about = {"version": programs.version(), "started_utc": began.isoformat(timespec="seconds"),
              "command": shlex.join(["cases/run", *arguments]), "overrides": overrides,

@@ -120,21 +120,26 @@ def _end_with_parent() -> None:
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
-def run(launch: Launch, parts: list[str]) -> int:
-    """Runs to the end; Ctrl-C and a request to end are passed on, and the run ends by itself."""
-    # Its own process group: a Ctrl-C reaches the solvers only by the coupler, which then ends them
-    # in order, with a checkpoint.
+def run(launch: Launch, parts: list[str]) -> tuple[int, bool]:
+    """Runs to the end: exit code, and whether it was asked to stop. Ctrl-C and a request to end are
+    passed on, and the run ends by itself, with a checkpoint."""
+    # Its own process group: a Ctrl-C reaches the solvers only by the coupler, which ends them in order.
     child = subprocess.Popen(launch.main_command(parts), process_group=0,
                              preexec_fn=_end_with_parent)
-    previous = {}
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        previous[number] = signal.signal(number, lambda n, _: child.send_signal(n))
+    asked = []
+
+    def pass_on(number, _) -> None:
+        asked.append(number)
+        child.send_signal(number)
+
+    passed = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    previous = {number: signal.signal(number, pass_on) for number in passed}
     try:
         code = child.wait()
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
-    return code if code >= 0 else OTHER
+    return (code if code >= 0 else OTHER), bool(asked)
 
 
 def effective_case(launch: Launch, parts: list[str], resolution: str | None) -> str:
