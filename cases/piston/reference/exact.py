@@ -52,6 +52,6 @@ if __name__ == "__main__":
     print(f'piston_displacement_x_extreme,{end[0]:.9e},m,0.02,"{source}"')
     # The sound in the piston adds p / (rho c) = 0.7 m/s to its nodes.
     print(f'solid_speed_largest,{end[1]:.9e},m/s,0.04,"{source}"')
-    # On 1 cm^2 of face.
-    energy = 0.5 * AREA_MASS * 1e-4 * end[1] ** 2
+    # On the 1 m^2 that absent directions stand for.
+    energy = 0.5 * AREA_MASS * end[1] ** 2
     print(f'solid_kinetic_energy_peak,{energy:.9e},J,0.04,"{source}"')
