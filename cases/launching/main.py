@@ -6,6 +6,7 @@ import argparse
 import os
 import shlex
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -144,6 +145,8 @@ def say_how_it_ended(out: Path, code: int, stopped: bool) -> None:
     checkpoints = out / "checkpoint"
     if stopped and checkpoints.is_dir() and any(checkpoints.iterdir()):
         text = f"stopped on request; go on with: cases/run --resume {shlex.quote(str(out))}"
+    elif code < 0:
+        text = f"killed by signal {-code} ({signal.strsignal(-code)}); logs: {out / 'log'}"
     else:
         meaning = programs.MEANING.get(code, "an unexpected fault")
         text = f"ended with exit code {code} ({meaning}); logs: {out / 'log'}"
@@ -180,7 +183,7 @@ def run(arguments: list[str]) -> int:
             "run_s": round(time.monotonic() - before, 3)}
     if code != programs.DONE:
         say_how_it_ended(out, code, stopped)
-        return code
+        return code if code > 0 else programs.OTHER
     about = {"version": programs.version(), "started_utc": began.isoformat(timespec="seconds"),
              "command": shlex.join(["cases/run", *arguments]), "overrides": overrides,
              "resumed": chosen.resume is not None}

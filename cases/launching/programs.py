@@ -121,8 +121,8 @@ def _end_with_parent() -> None:
 
 
 def run(launch: Launch, parts: list[str]) -> tuple[int, bool]:
-    """Runs to the end: exit code, and whether it was asked to stop. Ctrl-C and a request to end are
-    passed on, and the run ends by itself, with a checkpoint."""
+    """Runs to the end: exit code (minus the signal that killed it), and whether it was asked to stop.
+    Ctrl-C and a request to end are passed on, and the run ends by itself, with a checkpoint."""
     # Its own process group: a Ctrl-C reaches the solvers only by the coupler, which ends them in order.
     child = subprocess.Popen(launch.main_command(parts), process_group=0,
                              preexec_fn=_end_with_parent)
@@ -139,7 +139,7 @@ def run(launch: Launch, parts: list[str]) -> tuple[int, bool]:
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
-    return (code if code >= 0 else OTHER), bool(asked)
+    return code, bool(asked)
 
 
 def effective_case(launch: Launch, parts: list[str], resolution: str | None) -> str:
