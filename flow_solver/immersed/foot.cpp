@@ -19,6 +19,25 @@ bool on_sharp_edge(const SurfaceTopology& topology, std::int32_t f,
   return false;
 }
 
+/// Gradient over a facet of the normal interpolated between its corners.
+std::array<double, 6> normal_gradient(const BodyState& s, std::int32_t f) {
+  const Corners& v = s.topology.facet[f];
+  const Corners& smooth = s.topology.smooth_vertex[f];
+  const double per_area = 0.5 / s.geometry.area[f];
+  std::array<double, 6> g{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Vec3 opposite = s.vertex(v[(c + 2) % 3]) - s.vertex(v[(c + 1) % 3]);
+    const Vec3 slope = per_area * cross(s.geometry.normal[f], opposite);
+    const Vec3& n = s.geometry.smooth_normal[smooth[c]];
+    for (std::size_t a = 0; a < 3; ++a) {
+      g[a] += n.c[a] * slope.c[a];
+      const std::size_t b = (a + 1) % 3;
+      g[3 + a] += 0.5 * (n.c[a] * slope.c[b] + n.c[b] * slope.c[a]);
+    }
+  }
+  return g;
+}
+
 /// Completes a foot from its facet and point: normal and depth of x.
 Foot make_foot(const Bodies& bodies, const Vec3& x, std::int32_t b, std::int32_t f,
                const TrianglePoint& at, const Vec3* side) {
@@ -43,6 +62,7 @@ Foot make_foot(const Bodies& bodies, const Vec3& x, std::int32_t b, std::int32_t
   n = n + at.weight[1] * s.geometry.smooth_normal[smooth[1]];
   n = n + at.weight[2] * s.geometry.smooth_normal[smooth[2]];
   foot.normal = unit(n);
+  foot.curvature = normal_gradient(s, f);
   return foot;
 }
 

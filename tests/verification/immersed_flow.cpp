@@ -53,14 +53,13 @@ double pressure_at(const Flow& flow, int i, int j = 0, int k = 0) {
   return pressure(flow.options().gas, W(prim_rho, i, j, k), W(prim_T, i, j, k));
 }
 
-/// Steps to time t_end; `before(t, dt)` sets paths, `after(t)` measures.
+/// Steps to time t_end; `before(t, dt)` sets paths and may shorten the step, `after(t)` measures.
 template <class Before, class After>
 double run(Flow& flow, ImmersedBoundary& bodies, double t_end, const Before& before, const After& after) {
   double t = 0.0;
   while (t < t_end * (1.0 - 1e-12)) {
     double dt = std::min({flow.stable_step(), bodies.wall_step_limit(), t_end - t});
     before(t, dt);
-    dt = std::min(dt, t_end - t);
     flow.advance(t, dt);
     t += dt;
     after(t);
@@ -244,7 +243,6 @@ TEST(ImmersedCylinder, MovesThroughGasWithLittleNoise) {
   ImmersedBoundary bodies(grid, options.gas, {{.name = "cylinder", .surface = make_cylinder(2.503, 2.997, R, 50), .moves = true}}, {});
   bodies.update_topology(flow.primitives());
   flow.immerse(&bodies);
-  const double mass = flow.totals().mass;
   const std::vector<double> rest(bodies.position(0).begin(), bodies.position(0).end());
   // Gentle start: speed grows over one radius of sound travel.
   const double ramp = 1.0;
@@ -283,12 +281,119 @@ TEST(ImmersedCylinder, MovesThroughGasWithLittleNoise) {
     ++count;
   }
   const double noise = std::sqrt(noise2 / count) / .5;
-  std::printf("cylinder at 0.3 c, R/h = %.0f: force noise %.1e of 0.5 p0 R (rms), last drag %.3f, lift %.1e, mass change %.1e of the box, %zu steps\n",
-              R / h, noise, drag.back(), lift.back(), std::abs(flow.totals().mass - mass) / 48.0, drag.size());
+  // The gas keeps its volume, so its mean density, 1, measures what walls gain or lose.
+  const auto n_fluid = static_cast<double>(std::count(bodies.tags().begin(), bodies.tags().end(), tag_fluid));
+  const double leak = flow.totals().mass / (n_fluid * h * h) - 1.0;
+  std::printf("cylinder at 0.3 c, R/h = %.0f: force noise %.1e of 0.5 p0 R (rms), last drag %.3f, lift %.1e, mass change %.1e, %zu steps\n",
+              R / h, noise, drag.back(), lift.back(), leak, drag.size());
+  EXPECT_LT(std::abs(leak), 2e-3);
   // 1.4e-2 was measured at this resolution in two dimensions.
   EXPECT_LT(noise, 3e-2);
   EXPECT_LT(drag.back(), 0.0);
   EXPECT_EQ(bodies.n_fallbacks(), 0U);
+}
+
+struct PlateError {
+  double front = 0.0;  ///< rms of p / p_exact - 1
+  double rear = 0.0;
+};
+
+/// A plate x = x0 + A (1 - cos w t) between two gases at rest, both faces in simple waves.
+PlateError move_plate(int n, double cells) {
+  const double A = .02, w = 6.0, x0 = .6034, length = 1.2, h = 1.0 / n;
+  const Grid grid{{make_uniform_axis(0, length, static_cast<int>(std::lround(length * n))), make_absent_axis(), make_absent_axis()}};
+  FlowOptions options = unit_gas_options();
+  Flow flow(grid, walls_all_round(), options);
+  flow.set_state([](double, double, double) { return flow::State{.rho = 1, .p = 1}; });
+  ImmersedBoundary bodies(grid, options.gas,
+                          {{.name = "plate", .surface = make_box({x0 - cells * h, -1, -1}, {x0, 2, 2}), .moves = true}}, {});
+  bodies.update_topology(flow.primitives());
+  flow.immerse(&bodies);
+  const std::vector<double> rest(bodies.position(0).begin(), bodies.position(0).end());
+  const double c0 = std::sqrt(g);
+  PlateError error;
+  int count = 0;
+  std::vector<double> p(rest.size() / 3);
+  run(flow, bodies, .9,
+      [&](double t, double& dt) {
+        // A path is not known before it is set: the plate may not move by half its thickness.
+        dt = std::min({dt, .5 * cells * h / (A * w), .3 * h / (A * w)});
+        std::vector<double> x = rest, v(rest.size(), 0.0);
+        for (std::size_t a = 0; a < x.size(); a += 3) {
+          x[a] += A * (1 - std::cos(w * (t + dt)));
+          v[a] = A * w * std::sin(w * (t + dt));
+        }
+        bodies.set_path(0, t, t + dt, x, v);
+      },
+      [&](double t) {
+        if (t < .03) return;
+        bodies.read_overpressure(flow.primitives(), 0, 0.0, p);
+        const double u = A * w * std::sin(w * t);
+        const auto exact = [&](double sign) { return std::pow(1 + sign * .5 * (g - 1) * u / c0, 2 * g / (g - 1)); };
+        for (std::size_t v = 0; v < p.size(); ++v) {
+          const bool front = rest[3 * v] == x0;
+          const double ratio = p[v] / exact(front ? 1.0 : -1.0) - 1.0;
+          (front ? error.front : error.rear) += ratio * ratio / 4.0;
+        }
+        ++count;
+      });
+  return {std::sqrt(error.front / count), std::sqrt(error.rear / count)};
+}
+
+TEST(ImmersedPlate, OfAnyThicknessMovesWithTheRightPressureOnBothFaces) {
+  for (const double cells : {4.0, 1.0, .2}) {
+    const PlateError coarse = move_plate(100, cells);
+    const PlateError fine = move_plate(200, cells);
+    std::printf("moving plate of %.1f cells, n 100 200: rms error front %.1e %.1e, rear %.1e %.1e\n", cells,
+                coarse.front, fine.front, coarse.rear, fine.rear);
+    EXPECT_LT(std::max(coarse.front, coarse.rear), 2e-3);
+    EXPECT_LT(std::max(fine.front, fine.rear), 6e-4);
+  }
+}
+
+TEST(ImmersedGap, ClosesAndOpensAgainBetweenACylinderAndABlock) {
+  const double h = 1.0 / 8;
+  const Grid grid{{make_uniform_axis(0, 6, 48), make_uniform_axis(0, 4, 32), make_absent_axis()}};
+  const FlowOptions options = unit_gas_options();
+  Flow flow(grid, walls_all_round(), options);
+  flow.set_state([](double, double, double) { return flow::State{.rho = 1, .p = 1}; });
+  const double wall = 4.53;
+  ImmersedBoundary bodies(grid, options.gas,
+                          {{.name = "cylinder", .surface = make_cylinder(2.5, 2.003, 1.0, 50), .moves = true},
+                           {.name = "block", .surface = make_box({wall, -1, -1}, {7, 5, 2}, 40)}}, {});
+  bodies.update_topology(flow.primitives());
+  flow.immerse(&bodies);
+  const std::vector<double> rest(bodies.position(0).begin(), bodies.position(0).end());
+  // From a gap of 1.03 to an overlap of 0.3 cells and back, peak speed .37 c.
+  const double stroke = wall - 3.5 + .3 * h, period = std::numbers::pi * stroke / (.37 * std::sqrt(g));
+  double deepest = 0.0, smallest = 1e9;
+  std::size_t fresh = 0;
+  double largest_p = 0.0;
+  const double w = 2 * std::numbers::pi / period;
+  double t = 0.0;
+  while (t < period * (1 - 1e-12)) {
+    const double dt = std::min({flow.stable_step(), .3 * h / (.37 * std::sqrt(g)), period - t});
+    std::vector<double> x = rest, v(rest.size(), 0.0);
+    const double shift = .5 * stroke * (1 - std::cos(w * (t + dt)));
+    for (std::size_t a = 0; a < x.size(); a += 3) {
+      x[a] += shift;
+      v[a] = .5 * stroke * w * std::sin(w * (t + dt));
+    }
+    bodies.set_path(0, t, t + dt, x, v);
+    const StepReport report = flow.advance(t, dt);
+    t += dt;
+    fresh += report.topology.fresh_nodes;
+    if (report.topology.smallest_gap > 0.0) smallest = std::min(smallest, report.topology.smallest_gap);
+    deepest = std::max(deepest, 3.5 + shift - wall);
+    largest_p = std::max(largest_p, report.largest_pressure);
+    const BodyLoad load = bodies.load(flow.primitives(), 0, 1.0);
+    ASSERT_TRUE(std::isfinite(load.force[0]));
+  }
+  std::printf("cylinder against a block: overlap %.2f h, smallest open gap %.2f h, %zu fresh nodes, largest pressure %.2f p0, fallbacks %llu\n",
+              deepest / h, smallest, fresh, largest_p, static_cast<unsigned long long>(bodies.n_fallbacks()));
+  EXPECT_GT(deepest, .25 * h);
+  EXPECT_LT(largest_p, 20.0);
+  EXPECT_GE(smallest, 1.0);
 }
 
 TEST(ImmersedSphere, IsHitByAShockSymmetrically) {
