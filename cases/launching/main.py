@@ -181,7 +181,8 @@ def run(arguments: list[str]) -> int:
     wall = {"wall_time_s": round(time.monotonic() - started, 3),
             "mesh_s": round(mesh_seconds, 3),
             "run_s": round(time.monotonic() - before, 3)}
-    if code != programs.DONE:
+    # A stopped run may end in good order, with code 0, but it has no result to sum up.
+    if code != programs.DONE or stopped:
         say_how_it_ended(out, code, stopped)
         return code if code > 0 else programs.OTHER
     about = {"version": programs.version(), "started_utc": began.isoformat(timespec="seconds"),

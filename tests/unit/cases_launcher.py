@@ -36,7 +36,7 @@ if "--effective" in arguments:
 out = Path(arguments[arguments.index("--out") + 1])
 (out / "arguments").write_text("\\n".join([name, *arguments]))
 if os.environ.get("WAIT"):
-    signal.signal(signal.SIGINT, lambda *_: sys.exit(3))
+    signal.signal(signal.SIGINT, lambda *_: sys.exit(int(os.environ["WAIT"])))
     print("waiting", flush=True); time.sleep(60)
 (out / "flow_summary.json").write_text(json.dumps({"quantities": [
     {"name": "peak", "value": 110.0, "unit": "Pa"}, {"name": "other", "value": 2.0, "unit": "m"}],
@@ -240,17 +240,27 @@ class LaunchTest(unittest.TestCase):
             self.assertIn(str(out / "log"), done.stderr)
             self.assertFalse((out / "summary.json").exists())
 
-    def test_an_interrupt_reaches_the_program(self):
+    def interrupt(self, answer: str) -> int:
+        """Exit code of cases/run when the program answers an interrupt with exit code `answer`."""
         process = subprocess.Popen([ROOT / "cases/run", self.case, "--out", self.out, "--quiet"],
-                                   stdout=subprocess.PIPE, text=True, env=self.environment(WAIT="1"))
+                                   stdout=subprocess.PIPE, text=True,
+                                   env=self.environment(WAIT=answer))
         for line in process.stdout:
             if line.startswith("waiting"):
                 break
         started = time.monotonic()
         process.send_signal(signal.SIGINT)
-        self.assertEqual(process.wait(timeout=30), 3)  # what the program answered
+        code = process.wait(timeout=30)
         process.stdout.close()
-        self.assertLess(time.monotonic() - started, 20.0)
+        self.assertLess(time.monotonic() - started, 20.0)  # the program would wait for 60 s
+        return code
+
+    def test_an_interrupt_reaches_the_program(self):
+        self.assertEqual(self.interrupt("3"), 3)
+
+    def test_a_run_stopped_in_good_order_is_not_summed_up(self):
+        self.assertEqual(self.interrupt("0"), 1)
+        self.assertFalse((self.out / "summary.json").exists())
 
     def test_list_shows_every_case_with_its_run_time(self):
         done = self.launch("--list")
