@@ -157,6 +157,14 @@ Foot nearest_foot(const Bodies& bodies, const Vec3& x, double reach) {
   return foot.body < 0 ? foot : make_foot(bodies, x, foot.body, foot.facet, best, nullptr);
 }
 
+Foot foot_on_facet(const BodyState& body, std::int32_t facet, const Vec3& point) {
+  Foot foot{.point = point, .normal = body.geometry.normal[facet],
+            .weight = on_facet(body, facet, point).weight};
+  foot.curvature = normal_gradient(body, facet);
+  foot.facet = facet;
+  return foot;
+}
+
 Vec3 at_foot(const BodyState& body, const Foot& foot, const std::vector<double>& vertex_field) {
   const Corners& v = body.topology.facet[foot.facet];
   return foot.weight[0] * row(vertex_field, v[0]) + foot.weight[1] * row(vertex_field, v[1]) +

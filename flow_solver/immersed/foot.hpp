@@ -37,6 +37,9 @@ inline constexpr double same_side_cosine = 0.2;
 /// Nearest exposed point of all bodies to x, whatever its side, within `reach` (m); body -1: none.
 [[nodiscard]] Foot nearest_foot(const Bodies& bodies, const Vec3& x, double reach);
 
+/// The foot of a point on the facet itself, with the facet's own normal.
+[[nodiscard]] Foot foot_on_facet(const BodyState& body, std::int32_t facet, const Vec3& point);
+
 /// Value at the foot of a vertex field [n_vertices, 3] of its body.
 [[nodiscard]] Vec3 at_foot(const BodyState& body, const Foot& foot,
                            const std::vector<double>& vertex_field);

@@ -223,6 +223,16 @@ Sample sample(const Stencil& stencil, FieldsView<const double> W, const Gas& gas
   return s;
 }
 
+double pressure_towards_wall(const Foot& foot, const Sample& sample, const WallState& wall,
+                             double apart, const Gas& gas) noexcept {
+  const double rho = density(gas, sample.p, sample.T);
+  const double turning =
+      std::clamp(rho * turning_acceleration(foot, sample.u - wall.velocity) * apart,
+                 -largest_turning * sample.p, largest_turning * sample.p);
+  return std::clamp(sample.p + rho * wall.acceleration * apart - turning,
+                    lowest_ratio * sample.p, highest_ratio * sample.p);
+}
+
 std::array<double, n_primitive> ghost_state(const Foot& foot, const Stencil& stencil,
                                             const Sample& image, const WallState& wall,
                                             const Gas& gas) noexcept {
@@ -233,12 +243,8 @@ std::array<double, n_primitive> ghost_state(const Foot& foot, const Stencil& ste
   const Vec3 u = wall.slip == WallSlip::no_slip
                      ? wall.velocity - reach * relative
                      : image.u - (1.0 + reach) * dot(relative, foot.normal) * foot.normal;
-  const double rho = density(gas, image.p, image.T);
-  const double apart = stencil.distance + foot.depth;
-  const double turning = std::clamp(rho * turning_acceleration(foot, relative) * apart,
-                                    -largest_turning * image.p, largest_turning * image.p);
-  const double p = std::clamp(image.p + rho * wall.acceleration * apart - turning,
-                              lowest_ratio * image.p, highest_ratio * image.p);
+  const double p =
+      pressure_towards_wall(foot, image, wall, stencil.distance + foot.depth, gas);
   double T = image.T;
   if (wall.temperature > 0.0) {
     T = std::clamp(wall.temperature - reach * (image.T - wall.temperature), lowest_ratio * image.T,

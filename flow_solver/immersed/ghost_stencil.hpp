@@ -88,6 +88,13 @@ struct WallState {
   double temperature = 0.0;   ///< K, 0: adiabatic
 };
 
+/// Pressure [Pa] at the wall, or a distance `apart` (m) below the sample, that belongs to a sample in
+/// front of it: slope -rho a_n of the accelerated wall and rho u_t . grad n . u_t of gas that turns
+/// with a curved wall.
+[[nodiscard]] double pressure_towards_wall(const Foot& foot, const Sample& sample,
+                                           const WallState& wall, double apart,
+                                           const Gas& gas) noexcept;
+
 /// Primitive state at the ghost node of a foot: velocity linear between wall and image (its normal
 /// part only for a slip wall), pressure with the slope -rho a_n, temperature even or linear through
 /// the wall's.

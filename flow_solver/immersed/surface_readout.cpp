@@ -16,15 +16,20 @@ constexpr int widest_search = 6;
 /// A facet whose normal has less than this in the present directions closes an extruded body.
 constexpr double cap_share = 1e-3;
 
+/// The place that is read.
+struct Wall {
+  Foot foot;
+  WallState state;
+};
+
 /// Weighted mean of p (corrected to the wall) and the impedance.
 struct Reading {
   double p = 0.0;
   double impedance = 0.0;
   double weight = 0.0;
-  void add(double w, const Sample& s, double distance, double a_n, const Gas& gas) {
-    const double rho = density(gas, s.p, s.T);
-    p += w * (s.p + rho * a_n * distance);
-    impedance += w * rho * sound_speed(gas, s.T);
+  void add(double w, const Sample& s, double distance, const Wall& wall, const Gas& gas) {
+    p += w * pressure_towards_wall(wall.foot, s, wall.state, distance, gas);
+    impedance += w * density(gas, s.p, s.T) * sound_speed(gas, s.T);
     weight += w;
   }
 };
@@ -34,8 +39,10 @@ class Reader {
   Reader(const FluidNodes& nodes, FieldsView<const double> W, const Gas& gas)
       : nodes_(nodes), W_(W), gas_(gas) {}
 
-  [[nodiscard]] Reading at(const Vec3& point, const Vec3& normal, double a_n) const {
-    Reading reading = around(point, normal, a_n);
+  [[nodiscard]] Reading at(const Wall& wall) const {
+    const Vec3& point = wall.foot.point;
+    const Vec3& normal = wall.foot.normal;
+    Reading reading = around(wall);
     if (reading.weight >= least_share) return reading;
     const double h = nodes_.spacing(normal, inside(nodes_.cell(point)));
     for (int n = 1; n <= most_probe_steps; ++n) {
@@ -43,15 +50,17 @@ class Reader {
       const Vec3 probe = point + n * probe_step * h * normal;
       if (nodes_.weigh(probe, point, normal, nullptr, least_share, s) < least_share) continue;
       reading = {};
-      reading.add(1.0, sample(s, W_, gas_), s.distance, a_n, gas_);
+      reading.add(1.0, sample(s, W_, gas_), s.distance, wall, gas_);
       return reading;
     }
-    return nearest(point, normal);
+    return nearest(wall);
   }
 
  private:
   /// Corners of the cell around the point, those behind the wall at their mirror images.
-  [[nodiscard]] Reading around(const Vec3& point, const Vec3& normal, double a_n) const {
+  [[nodiscard]] Reading around(const Wall& wall) const {
+    const Vec3& point = wall.foot.point;
+    const Vec3& normal = wall.foot.normal;
     Reading reading;
     Stencil front;
     NodeIndex nearest_node{};
@@ -61,7 +70,7 @@ class Reader {
             : nullptr;
     const double share = nodes_.weigh(point, point, normal, from, 0.0, front);
     if (share > 0.0) {
-      reading.add(share, sample(front, W_, gas_), front.distance, a_n, gas_);
+      reading.add(share, sample(front, W_, gas_), front.distance, wall, gas_);
     }
     const NodeIndex base = nodes_.cell(point);
     for (unsigned corner = 0; corner < 8; ++corner) {
@@ -88,7 +97,7 @@ class Reader {
           least_share) {
         continue;
       }
-      reading.add(weight, sample(image, W_, gas_), image.distance, a_n, gas_);
+      reading.add(weight, sample(image, W_, gas_), image.distance, wall, gas_);
     }
     if (reading.weight > 0.0) {
       reading.p /= reading.weight;
@@ -105,7 +114,9 @@ class Reader {
   }
 
   /// Nearest fluid node, one in front of the wall before all others.
-  [[nodiscard]] Reading nearest(const Vec3& point, const Vec3& normal) const {
+  [[nodiscard]] Reading nearest(const Wall& wall) const {
+    const Vec3& point = wall.foot.point;
+    const Vec3& normal = wall.foot.normal;
     const NodeIndex centre = inside(nodes_.cell(point));
     double best2[2] = {HUGE_VAL, HUGE_VAL};  // behind, in front
     NodeIndex best[2] = {centre, centre};
@@ -129,7 +140,7 @@ class Reader {
     if (best2[taken] == HUGE_VAL) return reading;
     Stencil s{.base = best[taken]};
     s.weight[0] = 1.0;
-    reading.add(1.0, sample(s, W_, gas_), 0.0, 0.0, gas_);
+    reading.add(1.0, sample(s, W_, gas_), 0.0, wall, gas_);
     return reading;
   }
 
@@ -190,14 +201,12 @@ std::vector<FacetReading> read_facets(const FluidNodes& nodes, const Bodies& bod
     if (s.buried[f] != 0 || is_cap(nodes.grid(), normal)) continue;
     find_exposure(nodes.grid(), bodies, b, f, reading);
     if (reading.exposed == 0.0) continue;
-    double a_n = 0.0;
+    Wall wall{.foot = foot_on_facet(s, f, reading.point)};
     if (!s.at_rest) {
-      const Corners& v = s.topology.facet[f];
-      const TrianglePoint at =
-          nearest_on_triangle(reading.point, s.vertex(v[0]), s.vertex(v[1]), s.vertex(v[2]));
-      a_n = dot(at_foot(s, Foot{.weight = at.weight, .facet = f}, s.acceleration), normal);
+      wall.state.velocity = at_foot(s, wall.foot, s.velocity);
+      wall.state.acceleration = dot(at_foot(s, wall.foot, s.acceleration), normal);
     }
-    const Reading found = reader.at(reading.point, normal, a_n);
+    const Reading found = reader.at(wall);
     if (found.weight <= 0.0) {
       reading.exposed = 0.0;  // no gas within reach at all
       continue;

@@ -16,7 +16,8 @@ struct FacetReading {
 };
 
 /// Overpressure on all facets of body b: multilinear at the middle of the exposed part, corners
-/// behind the wall taken at their mirror images, each corrected to the wall with the slope rho a_n.
+/// behind the wall taken at their mirror images, each corrected to the wall with the slope of the
+/// ghosts' pressure.
 /// A facet counts as covered where another body lies on it, where it lies outside the grid, and
 /// where its normal has no part in a present direction.
 [[nodiscard]] std::vector<FacetReading> read_facets(const FluidNodes& nodes, const Bodies& bodies,

@@ -286,9 +286,9 @@ TEST(ImmersedCylinder, MovesThroughGasWithLittleNoise) {
   const double leak = flow.totals().mass / (n_fluid * h * h) - 1.0;
   std::printf("cylinder at 0.3 c, R/h = %.0f: force noise %.1e of 0.5 p0 R (rms), last drag %.3f, lift %.1e, mass change %.1e, %zu steps\n",
               R / h, noise, drag.back(), lift.back(), leak, drag.size());
-  EXPECT_LT(std::abs(leak), 2e-3);
-  // 1.4e-2 was measured at this resolution in two dimensions.
-  EXPECT_LT(noise, 3e-2);
+  EXPECT_LT(std::abs(leak), 1e-3);
+  // A prototype had 1.4e-2 at this resolution; its mass changed by 1e-4 of a box of this size.
+  EXPECT_LT(noise, 1e-2);
   EXPECT_LT(drag.back(), 0.0);
   EXPECT_EQ(bodies.n_fallbacks(), 0U);
 }
