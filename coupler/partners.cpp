@@ -86,6 +86,15 @@ void Partners::poll_once(Clock::time_point until) {
 }
 
 std::optional<Incoming> Partners::take() {
+  if (!pending_.empty()) {
+    std::optional<Incoming> first(std::move(pending_.front()));
+    pending_.pop_front();
+    return first;
+  }
+  return take_new();
+}
+
+std::optional<Incoming> Partners::take_new() {
   auto message = server_.take();
   if (message && message->header.kind == Kind::abort)
     throw PartnerFault(message->role, message->header.reason,
@@ -93,13 +102,19 @@ std::optional<Incoming> Partners::take() {
   return message;
 }
 
-void Partners::blame_end(Role role, const ProcessEnd& end) {
+/// A process has ended: what it sent before is kept if there is something, else it is to blame.
+void Partners::hear_last_words(Role role, const ProcessEnd& end) {
+  if (std::any_of(pending_.begin(), pending_.end(), [&](const Incoming& m) { return m.role == role; }))
+    return;
   const auto deadline = Clock::now() + link::seconds(last_words_patience);
   while (Clock::now() < deadline) {
-    const auto items = server_.poll_items();
-    std::array<zmq::pollitem_t, 2> both = items;
-    zmq::poll(both.data(), both.size(), link::time_left(deadline));
-    while (take()) continue;  // throws on its ABORT
+    while (auto message = take_new()) {  // throws on its ABORT
+      const bool its_own = message->role == role;
+      pending_.push_back(std::move(*message));
+      if (its_own) return;
+    }
+    auto items = server_.poll_items();
+    zmq::poll(items.data(), items.size(), link::time_left(deadline));
   }
   const bool own_code = end.exit_code == 2 || end.exit_code == 4;
   throw PartnerFault(role, end.text(), own_code ? end.exit_code : 3);
@@ -108,11 +123,14 @@ void Partners::blame_end(Role role, const ProcessEnd& end) {
 void Partners::check_lives() {
   for (Child& c : children_)
     if (!over_[index(c.role())])
-      if (const auto end = c.ended()) blame_end(c.role(), *end);
+      if (const auto end = c.ended()) hear_last_words(c.role(), *end);
   for (const Role role : {Role::flow, Role::solid}) {
     if (over_[index(role)] || !server_.lost(role)) continue;
     if (Child* c = child(role))
-      if (const auto end = c->wait(death_patience)) blame_end(role, *end);
+      if (const auto end = c->wait(death_patience)) {
+        hear_last_words(role, *end);
+        return;
+      }
     throw PartnerFault(role, "closed its connection, or sent no heartbeat in time");
   }
 }

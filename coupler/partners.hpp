@@ -1,6 +1,7 @@
 #pragma once
 
 #include <csignal>
+#include <deque>
 #include <functional>
 #include <initializer_list>
 #include <memory>
@@ -69,8 +70,9 @@ class Partners {
   [[nodiscard]] Child* child(link::Role role);
   void poll_once(link::Clock::time_point until);
   void check_lives();
-  [[noreturn]] void blame_end(link::Role role, const ProcessEnd& end);
-  [[nodiscard]] std::optional<Incoming> take();
+  void hear_last_words(link::Role role, const ProcessEnd& end);
+  [[nodiscard]] std::optional<Incoming> take();      ///< kept messages first
+  [[nodiscard]] std::optional<Incoming> take_new();
   void keep_alive(const std::string& what);
 
   Server& server_;
@@ -78,6 +80,7 @@ class Partners {
   Limits limits_;
   std::shared_ptr<spdlog::logger> log_;
   std::vector<Child> children_;
+  std::deque<Incoming> pending_;  ///< came while we listened for last words
   std::function<void()> tick_;
   std::array<bool, 2> computing_{};
   std::array<bool, 2> over_{};

@@ -31,7 +31,7 @@ class Replay {
          double tolerance, std::shared_ptr<spdlog::logger> log)
       : traffic_(traffic), live_(live), settings_(settings), tolerance_(tolerance),
         place_(options.endpoint.empty() ? settings.endpoint : options.endpoint),
-        start_(options, place_.encrypted()),
+        start_(options, place_.encrypted(), settings.case_hash),
         server_({.endpoint = place_.endpoint(), .run_id = link::make_run_id(), .token = start_.token(),
                  .case_hash = settings.case_hash, .silence_limit = settings.silence_limit,
                  .max_message = 1e6 * settings.max_message, .keys = start_.coupler_keys(),

@@ -109,7 +109,7 @@ Session::Session(const RunOptions& options, const Settings& settings,
                  std::shared_ptr<spdlog::logger> log)
     : options_(options), settings_(settings), log_(std::move(log)), run_lock_(lock_run(options.out)),
       place_(options.endpoint.empty() ? settings.endpoint : options.endpoint),
-      start_(options, place_.encrypted()),
+      start_(options, place_.encrypted(), settings.case_hash),
       server_(server_setup(settings, place_, start_), log_),
       partners_(server_, signals_, {settings.silence_limit, settings.step_limit}, log_) {}
 

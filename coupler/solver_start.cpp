@@ -58,8 +58,8 @@ std::vector<std::string> solver_command(Role role, const RunOptions& options) {
   return command;
 }
 
-SolverStart::SolverStart(const RunOptions& options, bool encrypted)
-    : options_(options), token_(link::make_token()) {
+SolverStart::SolverStart(const RunOptions& options, bool encrypted, std::uint64_t case_hash)
+    : options_(options), case_hash_(case_hash), token_(link::make_token()) {
   // Solvers that somebody else starts over ipc may share a token chosen by that somebody.
   const char* shared = std::getenv("OCUBLAST_TOKEN");
   if (options.await && shared != nullptr && *shared != '\0') token_ = shared;
@@ -75,6 +75,8 @@ Child::Start SolverStart::child(Role role, const std::string& endpoint, double s
   start.environment = {{"OCUBLAST_ENDPOINT", endpoint_for_children(endpoint)},
                        {"OCUBLAST_TOKEN", token_},
                        {"OCUBLAST_KEYS", keys_.string()},
+                       // For solvers that do not read the case themselves and cannot compute it.
+                       {"OCUBLAST_CASE_HASH", fmt::format("{:016x}", case_hash_)},
                        {"OCUBLAST_SILENCE_LIMIT_S", fmt::format("{}", silence_limit)}};
   // Both solvers have all cores but compute in turn: threads that spin on after a parallel region
   // would take the other side's time. About 50 us of spinning is kept for the regions themselves.
@@ -93,6 +95,7 @@ void SolverStart::announce(const std::string& endpoint, double silence_limit) co
   out << "export OCUBLAST_ENDPOINT=" << endpoint << '\n'
       << (keys_.empty() ? "export OCUBLAST_TOKEN=" + token_ : "export OCUBLAST_KEYS=" + keys_.string())
       << '\n'
+      << fmt::format("export OCUBLAST_CASE_HASH={:016x}\n", case_hash_)
       << "export OCUBLAST_SILENCE_LIMIT_S=" << silence_limit << '\n';
   out.close();
   if (!out) throw LinkError(fmt::format("{}: cannot be written", file.string()));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -15,7 +16,7 @@ namespace ocublast::coupler {
 class SolverStart {
  public:
   /// `encrypted`: tcp; then key files are written to options.keys, or OCUBLAST_KEYS, or OUT/keys.
-  SolverStart(const RunOptions& options, bool encrypted);
+  SolverStart(const RunOptions& options, bool encrypted, std::uint64_t case_hash);
 
   [[nodiscard]] const std::string& token() const { return token_; }
   [[nodiscard]] const std::optional<link::CouplerKeys>& coupler_keys() const { return coupler_keys_; }
@@ -27,6 +28,7 @@ class SolverStart {
 
  private:
   RunOptions options_;
+  std::uint64_t case_hash_;
   std::string token_;
   std::filesystem::path keys_;  ///< empty for ipc
   std::optional<link::CouplerKeys> coupler_keys_;

@@ -1,5 +1,6 @@
 #include "coupler/link/message.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -17,7 +18,30 @@ constexpr double byte_order_mark = 1.5;
   throw LinkError(fmt::format("message refused: {}", what));
 }
 
-std::string cut(const std::string& text, std::size_t limit) { return text.substr(0, limit); }
+/// Length of the UTF-8 character that begins at `at`; 0 where there is none.
+std::size_t character_length(std::string_view text, std::size_t at) {
+  const auto first = static_cast<unsigned char>(text[at]);
+  const std::size_t length = first < 0x80 ? 1 : first < 0xc2 ? 0 : first < 0xe0 ? 2 : first < 0xf0 ? 3
+                             : first < 0xf5 ? 4 : 0;
+  if (at + length > text.size()) return 0;
+  for (std::size_t k = 1; k < length; ++k)
+    if ((static_cast<unsigned char>(text[at + k]) & 0xc0) != 0x80) return 0;
+  return length;
+}
+
+/// At most `limit` bytes, whole characters, '?' for what is no UTF-8: protobuf refuses a message
+/// with a damaged text, and the reason of a failure must always arrive.
+std::string cut(const std::string& text, std::size_t limit) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = character_length(text, at);
+    if (out.size() + std::max<std::size_t>(length, 1) > limit) break;
+    if (length == 0) out += '?';
+    else out.append(text, at, length);
+    at += std::max<std::size_t>(length, 1);
+  }
+  return out;
+}
 
 void put_step(const Header& header, proto::Header& out) {
   out.set_t_begin_s(header.t_begin);
@@ -210,7 +234,7 @@ std::string encode(const Header& header) {
       break;
     case Kind::step: put_order(header, out); break;
     case Kind::result: put_result(header, out); break;
-    case Kind::checkpoint: out.set_directory(header.directory); break;
+    case Kind::checkpoint: out.set_directory(cut(header.directory, max_text_bytes)); break;
     case Kind::abort: out.set_exit_code(header.exit_code); [[fallthrough]];
     case Kind::wait: out.set_reason(cut(header.reason, max_text_bytes)); break;
     case Kind::done:
@@ -223,6 +247,8 @@ std::string encode(const Header& header) {
 Header decode(std::string_view bytes) {
   if (bytes.size() > max_header_bytes)
     refuse(fmt::format("header of {} bytes, at most {} are accepted", bytes.size(), max_header_bytes));
+  // What is wrong with a header is said by us; protobuf's own lines on standard error are not wanted.
+  const google::protobuf::LogSilencer quiet;
   proto::Header in;
   if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) refuse("not a header");
   // Fields of a newer minor version are allowed but must not pile up.

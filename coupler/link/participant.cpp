@@ -396,6 +396,24 @@ void Participant::goodbye() {
   s.ended = true;
 }
 
+void Participant::guard(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const CaseError& error) {
+    abort(error.what(), ExitCode::bad_case);
+    throw;
+  } catch (const LinkError& error) {
+    abort(error.what(), ExitCode::link);
+    throw;
+  } catch (const NumericsError& error) {
+    abort(error.what(), ExitCode::numerics);
+    throw;
+  } catch (const std::exception& error) {
+    abort(error.what(), ExitCode::other);
+    throw;
+  }
+}
+
 void Participant::abort(const std::string& reason, ExitCode code) noexcept {
   if (!state_ || !state_->socket || state_->ended) return;
   auto& s = *state_;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -113,6 +114,9 @@ class Participant {
   /// Tells the coupler why this side gives up; never throws. Called before the program ends itself.
   /// The coupler ends the run with the same exit code.
   void abort(const std::string& reason, ExitCode code = ExitCode::other) noexcept;
+  /// Runs `work` (set-up, the loop over orders, the farewell). When it throws, tells the coupler
+  /// why, with the exit code that belongs to the exception, and throws on.
+  void guard(const std::function<void()>& work);
 
  private:
   struct State;

@@ -120,30 +120,14 @@ ocublast::link::Report advance(Column& column, const Order& order, const Keys& k
   report.impedance = toy::rho * toy::sound_speed();
   report.compute_seconds = toy::seconds_since(begin);
   report.status = "gas";
-  if (keys.fault.is("nan", order.window)) load[load.size() / 2] = std::nan("");
+  if (keys.fault.is("not_finite", order.window)) load[load.size() / 2] = std::nan("");
   if (keys.fault.is("size", order.window)) report.overpressure = report.overpressure.first(1);
   return report;
 }
 
-int run(const ocublast::CommandLine& line) {
-  ocublast::CaseReader reader(line.source);
-  static_cast<void>(ocublast::read_case_common(reader));
-  auto section = reader.section("flow", "toy gas column");
-  Keys keys;
-  section.integer("cells", keys.cells, {.min = 2, .help = "cells"});
-  section.real("cfl", keys.cfl, {.unit = "1", .min = 0.0, .above_min = true, .help = "Courant number"});
-  keys.fault.declare(section);
-  reader.finish();
-  if (line.check_only) return 0;
-  const std::uint64_t hash = reader.hash() + (keys.fault.kind == "case_hash" ? 1 : 0);
-  auto connection = ocublast::link::connection_from_environment(ocublast::link::Role::flow,
-                                                                "gas_column 1", hash);
-  if (keys.fault.kind == "token") connection.token += "x";
-  if (keys.fault.kind == "absent") std::this_thread::sleep_for(std::chrono::hours(1));
-  if (keys.fault.kind == "early") return 1;
-  ocublast::link::Participant coupler(connection);
+void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& line, const Keys& keys) {
   const auto mesh = coupler.receive_mesh();
-  keys.fault.happen(0, coupler);
+  keys.fault.happen(0);
   Column column(keys.cells);
   std::uint64_t window = 0;
   double time = 0.0;
@@ -165,11 +149,31 @@ int run(const ocublast::CommandLine& line) {
       coupler.checkpoint_written();
       continue;
     }
-    keys.fault.happen(order.window, coupler);
+    keys.fault.happen(order.window);
     coupler.send(advance(column, order, keys, load));
     time = order.t_end;
   }
   coupler.goodbye();
+}
+
+int run(const ocublast::CommandLine& line) {
+  ocublast::CaseReader reader(line.source);
+  static_cast<void>(ocublast::read_case_common(reader));
+  auto section = reader.section("flow", "toy gas column");
+  Keys keys;
+  section.integer("cells", keys.cells, {.min = 2, .help = "cells"});
+  section.real("cfl", keys.cfl, {.unit = "1", .min = 0.0, .above_min = true, .help = "Courant number"});
+  keys.fault.declare(section);
+  reader.finish();
+  if (line.check_only) return 0;
+  const std::uint64_t hash = reader.hash() + (keys.fault.kind == "case_hash" ? 1 : 0);
+  auto connection = ocublast::link::connection_from_environment(ocublast::link::Role::flow,
+                                                                "gas_column 1", hash);
+  if (keys.fault.kind == "token") connection.token += "x";
+  if (keys.fault.kind == "absent") std::this_thread::sleep_for(std::chrono::hours(1));
+  if (keys.fault.kind == "early") return 1;
+  ocublast::link::Participant coupler(connection);
+  coupler.guard([&] { couple(coupler, line, keys); });
   return 0;
 }
 

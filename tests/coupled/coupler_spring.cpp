@@ -65,25 +65,9 @@ void fill(std::vector<double>& x, std::vector<double>& v, const ocublast::link::
   }
 }
 
-int run(const ocublast::CommandLine& line) {
-  ocublast::CaseReader reader(line.source);
-  static_cast<void>(ocublast::read_case_common(reader));
-  auto section = reader.section("solid", "toy piston on a spring");
-  Keys keys;
-  section.real("mass_kg_m2", keys.mass, {.unit = "kg/m^2", .min = 0.0, .above_min = true, .help = "piston"});
-  section.real("stable_step_s", keys.stable_step, {.unit = "s", .min = 0.0, .above_min = true, .help = "step"});
-  section.integer("vertices", keys.vertices, {.min = 2, .help = "vertices along an edge of the face"});
-  keys.fault.declare(section);
-  reader.finish();
-  if (line.check_only) return 0;
-  const std::uint64_t hash = reader.hash() + (keys.fault.kind == "case_hash" ? 1 : 0);
-  auto connection = ocublast::link::connection_from_environment(ocublast::link::Role::solid, "spring 1", hash);
-  if (keys.fault.kind == "token") connection.token += "x";
-  if (keys.fault.kind == "absent") std::this_thread::sleep_for(std::chrono::hours(1));
-  if (keys.fault.kind == "early") return 1;
-  ocublast::link::Participant coupler(connection);
+void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& line, const Keys& keys) {
   const auto mesh = toy::make_face(keys.vertices);
-  keys.fault.happen(0, coupler);
+  keys.fault.happen(0);
   coupler.send_mesh(mesh);
   Piston piston;
   std::uint64_t window = 0;
@@ -106,7 +90,7 @@ int run(const ocublast::CommandLine& line) {
       coupler.checkpoint_written();
       continue;
     }
-    keys.fault.happen(order.window, coupler);
+    keys.fault.happen(order.window);
     const auto begin = std::chrono::steady_clock::now();
     double p = 0.0;
     for (const double value : order.overpressure) p += value;
@@ -124,7 +108,9 @@ int run(const ocublast::CommandLine& line) {
     report.steps_taken = order.steps;
     report.mass_per_area = keys.mass;
     report.compute_seconds = toy::seconds_since(begin);
-    if (keys.fault.is("nan", order.window)) v[4] = std::numeric_limits<double>::infinity();
+    if (keys.fault.is("not_finite", order.window)) v[4] = std::numeric_limits<double>::infinity();
+    if (keys.fault.is("nudge", order.window) && std::getenv("OCU_TOY_NUDGE") != nullptr)
+      v[6] *= 1.0 + 1e-6;
     if (keys.fault.is("size", order.window)) report.position = report.position.first(3);
     coupler.send(report);
   }
@@ -134,6 +120,26 @@ int run(const ocublast::CommandLine& line) {
     std::ofstream(line.out / "spring_history.txt") << history;
   }
   coupler.goodbye();
+}
+
+int run(const ocublast::CommandLine& line) {
+  ocublast::CaseReader reader(line.source);
+  static_cast<void>(ocublast::read_case_common(reader));
+  auto section = reader.section("solid", "toy piston on a spring");
+  Keys keys;
+  section.real("mass_kg_m2", keys.mass, {.unit = "kg/m^2", .min = 0.0, .above_min = true, .help = "piston"});
+  section.real("stable_step_s", keys.stable_step, {.unit = "s", .min = 0.0, .above_min = true, .help = "step"});
+  section.integer("vertices", keys.vertices, {.min = 2, .help = "vertices along an edge of the face"});
+  keys.fault.declare(section);
+  reader.finish();
+  if (line.check_only) return 0;
+  const std::uint64_t hash = reader.hash() + (keys.fault.kind == "case_hash" ? 1 : 0);
+  auto connection = ocublast::link::connection_from_environment(ocublast::link::Role::solid, "spring 1", hash);
+  if (keys.fault.kind == "token") connection.token += "x";
+  if (keys.fault.kind == "absent") std::this_thread::sleep_for(std::chrono::hours(1));
+  if (keys.fault.kind == "early") return 1;
+  ocublast::link::Participant coupler(connection);
+  coupler.guard([&] { couple(coupler, line, keys); });
   return 0;
 }
 

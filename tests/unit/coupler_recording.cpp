@@ -1,0 +1,140 @@
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "coupler/base/errors.hpp"
+#include "coupler/link/payload.hpp"
+#include "coupler/recording.hpp"
+
+using namespace ocublast;
+using namespace ocublast::coupler;
+
+namespace {
+
+constexpr std::size_t n_records = 8;
+
+link::Header header_for(std::size_t i, const zmq::message_t& payload) {
+  link::Header h;
+  h.kind = link::Kind::step;
+  h.window = i + 1;
+  h.t_end = static_cast<double>(i);
+  h.fields = link::field::overpressure;
+  h.n_vertices = payload.size() / sizeof(double);
+  h.payload_bytes = payload.size();
+  h.payload_checksum = link::checksum({static_cast<const std::byte*>(payload.data()), payload.size()});
+  return h;
+}
+
+/// A recording of n_records messages; every second one repeats the payload before it.
+std::filesystem::path write_recording(std::size_t vertices) {
+  const auto file = std::filesystem::temp_directory_path() / "ocublast_test_traffic.ocu";
+  TrafficWriter writer(file, {.program = "test", .case_name = "piston", .case_hash = 1, .mesh_hash = 2});
+  std::uint64_t last = 0;
+  for (std::size_t i = 0; i < n_records; ++i) {
+    std::vector<double> values(vertices, static_cast<double>(i / 2));
+    zmq::message_t payload(values.data(), values.size() * sizeof(double));
+    const auto header = link::encode(header_for(i, payload));
+    const auto direction = i % 2 == 0 ? Direction::from_flow : Direction::to_solid;
+    if (i % 2 == 0) last = writer.append(direction, header, payload);
+    else writer.append(direction, header, payload, last);
+  }
+  writer.close();
+  return file;
+}
+
+std::string read_all(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+void write_all(const std::filesystem::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
+}
+
+/// Number of records that come back right; fails the test for a wrong one.
+std::size_t count_right(TrafficReader& reader, std::size_t vertices) {
+  std::size_t count = 0;
+  while (const auto record = reader.next()) {
+    EXPECT_EQ(record->number, count);
+    EXPECT_EQ(record->payload.size(), vertices * sizeof(double));
+    double first = -1.0;
+    std::memcpy(&first, record->payload.data(), sizeof first);
+    EXPECT_EQ(first, static_cast<double>(count / 2));
+    EXPECT_EQ(link::decode(record->header).window, count + 1);
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
+TEST(Recording, ComesBackRecordForRecord) {
+  for (const std::size_t vertices : {1, 3, 10'000}) {  // copied and shared payloads
+    const auto file = write_recording(vertices);
+    TrafficReader reader(file);
+    EXPECT_TRUE(reader.complete());
+    EXPECT_EQ(reader.description().case_name, "piston");
+    EXPECT_EQ(count_right(reader, vertices), n_records);
+    EXPECT_EQ(reader.damage(), "");
+  }
+}
+
+TEST(Recording, ARepeatedPayloadIsStoredOnce) {
+  const auto file = write_recording(10'000);
+  EXPECT_LT(std::filesystem::file_size(file), (n_records / 2 + 1) * 80'000);
+}
+
+TEST(Recording, CutAtAnyByteItGivesAllRecordsBeforeTheCut) {
+  constexpr std::size_t vertices = 3;
+  const auto file = write_recording(vertices);
+  const std::string whole = read_all(file);
+  std::size_t last_count = n_records;
+  for (std::size_t size = whole.size(); size-- > 0;) {
+    write_all(file, whole.substr(0, size));
+    std::size_t count = 0;
+    try {
+      TrafficReader reader(file);
+      EXPECT_FALSE(reader.complete()) << size;
+      count = count_right(reader, vertices);
+    } catch (const LinkError&) {
+      EXPECT_EQ(last_count, 0U) << "refused although records are there, cut at " << size;
+    }
+    EXPECT_LE(count, last_count);
+    EXPECT_GE(count + 1, last_count) << "cut at " << size;  // one byte less costs at most a record
+    last_count = count;
+  }
+  EXPECT_EQ(last_count, 0U);
+}
+
+TEST(Recording, AFlippedByteAnywhereIsNoticed) {
+  constexpr std::size_t vertices = 3;
+  const auto file = write_recording(vertices);
+  const std::string whole = read_all(file);
+  const std::size_t first_record = whole.find("RUCO");
+  ASSERT_NE(first_record, std::string::npos);
+  for (std::size_t at = first_record; at < whole.size(); ++at) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+    write_all(file, damaged);
+    TrafficReader reader(file);
+    const std::size_t count = count_right(reader, vertices);
+    EXPECT_TRUE(!reader.damage().empty() || !reader.complete()) << at;
+    EXPECT_LE(count, n_records);
+  }
+}
+
+TEST(Recording, AFullDiskIsReportedAndNamesTheFile) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP();
+  TrafficWriter writer("/dev/full", {});
+  std::vector<double> values(1000, 1.0);
+  zmq::message_t payload(values.data(), values.size() * sizeof(double));
+  writer.append(Direction::from_flow, link::encode(header_for(0, payload)), payload);
+  try {
+    writer.close();
+    FAIL() << "a full disk went unnoticed";
+  } catch (const LinkError& error) {
+    EXPECT_NE(std::string(error.what()).find("/dev/full"), std::string::npos);
+  }
+}
