@@ -221,6 +221,7 @@ class Strangers(CouplerTest):
         event = int.from_bytes(monitor.recv_multipart()[0][:2], "little")
         self.assertEqual(event, zmq.EVENT_HANDSHAKE_FAILED_AUTH)
         socket.disable_monitor()
+        monitor.close(0)
         socket.close()
         context.term()
         process.kill()
