@@ -23,7 +23,8 @@ void read_motion(const SolidRun& run, Motion& motion) {
   for (std::size_t v = 0; v < nodes.size(); ++v) {
     const auto n = static_cast<std::size_t>(nodes[v]);
     for (std::size_t i = 0; i < 3; ++i) {
-      motion.position[3 * v + i] = run.mesh().nodes[3 * n + i] + run.state().displacement[4 * n + i];
+      motion.position[3 * v + i] =
+          run.mesh().nodes[3 * n + i] + run.state().displacement[4 * n + i];
       motion.velocity[3 * v + i] = run.state().velocity[4 * n + i];
     }
   }
@@ -32,21 +33,29 @@ void read_motion(const SolidRun& run, Motion& motion) {
 void send_surface(Session& session, link::Participant& participant) {
   const auto surface = make_wet_surface(session.run().mesh(), session.solid_case().interface);
   OCU_ASSERT(surface.nodes == session.run().interface_nodes());
-  participant.send_mesh({.name = surface.name, .vertices = surface.vertices, .triangles = surface.triangles});
+  participant.send_mesh(
+      {.name = surface.name, .vertices = surface.vertices, .triangles = surface.triangles});
 }
 
-void step(Session& session, link::Participant& participant, const link::Order& order, Motion& motion) {
+void step(Session& session, link::Participant& participant, const link::Order& order,
+          Motion& motion) {
   double seconds = 0.0;
   WindowResult result;
   {
     const Stopwatch watch(seconds);
-    result = session.advance({.t_begin = order.t_begin, .t_end = order.t_end, .steps = order.steps,
-                              .shape = order.load_shape == link::LoadShape::linear ? InterfaceLoad::linear
-                                                                                   : InterfaceLoad::constant,
+    result = session.advance({.t_begin = order.t_begin,
+                              .t_end = order.t_end,
+                              .steps = order.steps,
+                              .shape = order.load_shape == link::LoadShape::linear
+                                           ? InterfaceLoad::linear
+                                           : InterfaceLoad::constant,
                               .overpressure = order.overpressure});
   }
-  link::Report report{.idle = result.idle, .stable_step = session.run().stable_step(), .steps_taken = result.steps,
-                      .work = result.interface_work, .impulse = result.interface_impulse,
+  link::Report report{.idle = result.idle,
+                      .stable_step = session.run().stable_step(),
+                      .steps_taken = result.steps,
+                      .work = result.interface_work,
+                      .impulse = result.interface_impulse,
                       .mass_per_area = session.run().mass_per_area(order.t_end - order.t_begin),
                       .compute_seconds = seconds};
   if (!result.idle) {
@@ -60,7 +69,8 @@ void step(Session& session, link::Participant& participant, const link::Order& o
 
 void serve(Session& session, link::Participant& participant) {
   send_surface(session, participant);
-  participant.ready(session.run().stable_step(), session.progress().window, session.run().state().time);
+  participant.ready(session.run().stable_step(), session.progress().window,
+                    session.run().state().time);
   Motion motion;
   if (session.progress().window == 0) session.write_due(false);
   while (true) {

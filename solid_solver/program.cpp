@@ -1,11 +1,11 @@
 #include "solid_solver/program.hpp"
 
+#include <fmt/format.h>
+#include <omp.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#include <fmt/format.h>
-#include <omp.h>
 
 #include "coupler/base/command_line.hpp"
 #include "coupler/base/errors.hpp"
@@ -20,7 +20,8 @@
 namespace ocublast::solid {
 namespace {
 
-constexpr const char* about = "Explicit finite elements for soft tissue, alone or coupled to a flow";
+constexpr const char* about =
+    "Explicit finite elements for soft tissue, alone or coupled to a flow";
 // A window of a run alone holds at most this many steps, so that the shrinking mesh is looked at.
 constexpr double steps_per_window = 200.0;
 constexpr double progress_interval = 2.0;  ///< s of wall time between progress lines
@@ -28,8 +29,9 @@ constexpr double progress_interval = 2.0;  ///< s of wall time between progress 
 void print_progress(const Session& session, const SolidRun& run, double elapsed) {
   const double t = run.state().time;
   const double end = session.solid_case().common.end_time;
-  std::printf("t = %.4e s, %5.1f %%, %.0f steps, step %.3e s, remaining %.0f s\n", t, 100.0 * t / end, run.sums().steps,
-              run.stable_step(), t > 0.0 ? elapsed * (end - t) / t : 0.0);
+  std::printf("t = %.4e s, %5.1f %%, %.0f steps, step %.3e s, remaining %.0f s\n", t,
+              100.0 * t / end, run.sums().steps, run.stable_step(),
+              t > 0.0 ? elapsed * (end - t) / t : 0.0);
   std::fflush(stdout);
 }
 
@@ -37,9 +39,11 @@ void print_progress(const Session& session, const SolidRun& run, double elapsed)
 void advance_alone(Session& session, double due) {
   auto& run = session.run();
   const double begin = run.state().time;
-  const double parts = std::max(1.0, std::ceil((due - begin) / (steps_per_window * run.stable_step())));
+  const double parts =
+      std::max(1.0, std::ceil((due - begin) / (steps_per_window * run.stable_step())));
   for (double k = 1.0; k <= parts; k += 1.0)
-    session.advance({.t_begin = run.state().time, .t_end = k == parts ? due : begin + (due - begin) * k / parts});
+    session.advance({.t_begin = run.state().time,
+                     .t_end = k == parts ? due : begin + (due - begin) * k / parts});
 }
 
 /// Written beside and renamed, so that a directory of this name is complete.
@@ -103,11 +107,13 @@ int run_program(int argc, char** argv) {
   from.setup.assembly.threads = line->threads > 0 ? line->threads : omp_get_num_procs();
   from.setup.assembly.instruction_set = best_instruction_set();
   const bool coupled = from.coupled;
-  const auto out = line->out.empty() ? std::filesystem::path("results") / from.common.name : line->out;
+  const auto out =
+      line->out.empty() ? std::filesystem::path("results") / from.common.name : line->out;
   auto log = make_logger("solid_solver", line->check_only ? "" : out / "log" / "solid_solver.log");
-  Session session(std::move(from), {.out = out, .case_hash = reader.hash(), .quiet = line->quiet}, log);
+  Session session(std::move(from), {.out = out, .case_hash = reader.hash()}, log);
   log->info("{} {}\n{}", "solid_solver", version_text, session.describe());
-  if (line->check_only || (!line->quiet && !coupled)) std::fputs(session.describe().c_str(), stdout);
+  if (line->check_only || (!line->quiet && !coupled))
+    std::fputs(session.describe().c_str(), stdout);
   if (line->check_only) return static_cast<int>(ExitCode::done);
   if (!line->resume.empty()) session.resume_from(link::require_checkpoint(line->resume).directory);
   if (coupled)

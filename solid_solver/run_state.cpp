@@ -1,7 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "solid_solver/step.hpp"
@@ -9,7 +9,9 @@
 namespace ocublast::solid {
 namespace {
 
-std::size_t index(std::int32_t n) { return static_cast<std::size_t>(n); }
+std::size_t index(std::int32_t n) {
+  return static_cast<std::size_t>(n);
+}
 
 }  // namespace
 
@@ -25,10 +27,12 @@ void SolidRun::build_interface_inertia() {
   const auto visit = [&](std::size_t cell, const std::int32_t* nodes, std::size_t n) {
     const auto& material = assembly_->material_of_cell(cell);
     for (std::size_t a = 0; a < n; ++a)
-      impedance[index(nodes[a])] = std::min(impedance[index(nodes[a])], material.density * material.sound_speed());
+      impedance[index(nodes[a])] =
+          std::min(impedance[index(nodes[a])], material.density * material.sound_speed());
   };
   for (std::size_t h = 0; h < mesh().n_hex(); ++h) visit(h, &mesh().hex8[8 * h], 8);
-  for (std::size_t t = 0; t < mesh().n_tet(); ++t) visit(mesh().n_hex() + t, &mesh().tet4[4 * t], 4);
+  for (std::size_t t = 0; t < mesh().n_tet(); ++t)
+    visit(mesh().n_hex() + t, &mesh().tet4[4 * t], 4);
   const auto areas = loads_.back().surface.nodal_areas();
   double area = 0.0;
   double total = 0.0;
@@ -43,7 +47,8 @@ void SolidRun::build_interface_inertia() {
 
 double SolidRun::mass_per_area(double window) const {
   double smallest = body_mass_per_area_;
-  for (const auto& [layer, impedance] : interface_inertia_) smallest = std::min(smallest, layer + impedance * window);
+  for (const auto& [layer, impedance] : interface_inertia_)
+    smallest = std::min(smallest, layer + impedance * window);
   return smallest;
 }
 
@@ -57,8 +62,10 @@ EnergyTable SolidRun::compute_energies(const CellResults& cells) {
       e.kinetic += 0.5 * mass[n] * state_.velocity[at] * state_.velocity[at];
       square += mass[n] * state_.acceleration[at] * state_.acceleration[at];
     }
-  e.kinetic_scheme = e.kinetic - sums_.last_step * sums_.last_step / 8.0 * square + sums_.scheme_jumps;
-  for (std::size_t cell = 0; cell < mesh().n_cells(); ++cell) e.internal += cells[cell * n_evaluated + strain_energy];
+  e.kinetic_scheme =
+      e.kinetic - sums_.last_step * sums_.last_step / 8.0 * square + sums_.scheme_jumps;
+  for (std::size_t cell = 0; cell < mesh().n_cells(); ++cell)
+    e.internal += cells[cell * n_evaluated + strain_energy];
   for (const auto& set : setup_.springs)
     for (std::size_t k = 0; k < set.nodes.size(); ++k)
       for (std::size_t i = 0; i < 3; ++i) {
@@ -69,15 +76,20 @@ EnergyTable SolidRun::compute_energies(const CellResults& cells) {
   e.damping = sums_.damping;
   e.external = sums_.external;
   e.initial = sums_.initial;
-  sums_.peak_energy = std::max({sums_.peak_energy, e.kinetic + e.internal + e.spring, std::abs(e.external), e.initial});
-  const double left = e.kinetic_scheme + e.internal + e.viscous + e.spring + e.damping - e.external - e.initial;
+  sums_.peak_energy = std::max(
+      {sums_.peak_energy, e.kinetic + e.internal + e.spring, std::abs(e.external), e.initial});
+  const double left =
+      e.kinetic_scheme + e.internal + e.viscous + e.spring + e.damping - e.external - e.initial;
   e.error = sums_.peak_energy > 0.0 ? left / sums_.peak_energy : 0.0;
   if (!std::isfinite(e.error) || std::abs(e.error) > setup_.control.energy_error_limit)
-    throw NumericsError(fmt::format(
-        "energy balance lost at t = {:.9g} s: kinetic {:.6g}, internal {:.6g}, viscous {:.6g}, spring {:.6g}, damping "
-        "{:.6g}, external {:.6g}, initial {:.6g} J; error {:.3g} of the peak, accepted {:.3g}; lower "
-        "solid.integrator.safety", state_.time, e.kinetic, e.internal, e.viscous, e.spring, e.damping, e.external,
-        e.initial, e.error, setup_.control.energy_error_limit));
+    throw NumericsError(
+        fmt::format("energy balance lost at t = {:.9g} s: kinetic {:.6g}, internal {:.6g}, viscous "
+                    "{:.6g}, spring {:.6g}, damping "
+                    "{:.6g}, external {:.6g}, initial {:.6g} J; error {:.3g} of the peak, accepted "
+                    "{:.3g}; lower "
+                    "solid.integrator.safety",
+                    state_.time, e.kinetic, e.internal, e.viscous, e.spring, e.damping, e.external,
+                    e.initial, e.error, setup_.control.energy_error_limit));
   return e;
 }
 
@@ -100,7 +112,8 @@ std::array<double, 6> SolidRun::momenta() const {
 }
 
 std::vector<SolidRun::NamedArray> SolidRun::checkpoint_arrays() {
-  flags_ = {state_.time, awake_ ? 1.0 : 0.0, static_cast<double>(steps_since_look_), stable_step_, transit_, omega_};
+  flags_ = {state_.time,  awake_ ? 1.0 : 0.0, static_cast<double>(steps_since_look_),
+            stable_step_, transit_,           omega_};
   static_assert(sizeof(RunningSums) % sizeof(double) == 0);
   std::vector<NamedArray> arrays{
       {"flags", flags_, "1"},

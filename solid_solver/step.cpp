@@ -1,9 +1,9 @@
 #include "solid_solver/step.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "solid_solver/integrators/stable_step.hpp"
@@ -11,22 +11,28 @@
 namespace ocublast::solid {
 namespace {
 
-std::size_t index(std::int32_t n) { return static_cast<std::size_t>(n); }
+std::size_t index(std::int32_t n) {
+  return static_cast<std::size_t>(n);
+}
 
-/// Damping ratio of the highest mode by linear bulk viscosity, over the coefficient: xi = omega c1 L /
-/// (2 c); measured limits of the meshes here give omega L / (2 c) of 0.85 to 1.25 (1/0.8 for cubes).
+/// Damping ratio of the highest mode by linear bulk viscosity, over the coefficient: xi = omega c1
+/// L / (2 c); measured limits of the meshes here give omega L / (2 c) of 0.85 to 1.25 (1/0.8 for
+/// cubes).
 constexpr double damping_of_highest_mode = 1.25;
 
 }  // namespace
 
 SolidRun::SolidRun(SolidSetup setup)
     : setup_(std::move(setup)),
-      assembly_(std::make_unique<Assembly>(*setup_.mesh, setup_.materials, setup_.material_of_tissue,
-                                           setup_.assembly)),
-      state_(setup_.mesh->n_nodes()), residual_(4 * setup_.mesh->n_nodes()) {
+      assembly_(std::make_unique<Assembly>(*setup_.mesh, setup_.materials,
+                                           setup_.material_of_tissue, setup_.assembly)),
+      state_(setup_.mesh->n_nodes()),
+      residual_(4 * setup_.mesh->n_nodes()) {
   build_inverse_mass();
   const auto add_load = [&](const std::vector<Facet>& facets, Schedule schedule, bool coupled) {
-    Load load{.surface = FollowerPressure(*setup_.mesh, facets), .schedule = std::move(schedule), .coupled = coupled};
+    Load load{.surface = FollowerPressure(*setup_.mesh, facets),
+              .schedule = std::move(schedule),
+              .coupled = coupled};
     const std::size_t n = load.surface.nodes().size();
     load.pressure.assign(n, 0.0);
     load.forces.assign(3 * n, 0.0);
@@ -84,8 +90,10 @@ void SolidRun::renew_stable_step() {
   const auto frequency = largest_frequency(inverse_mass_, product, setup_.control.lanczos_products);
   omega_ = frequency.omega;
   if (!(omega_ > 0.0) || !std::isfinite(omega_))
-    throw NumericsError(fmt::format("no largest frequency found at t = {:.6g} s (omega = {}): are all "
-                                    "nodes fixed, or is the state lost?", state_.time, omega_));
+    throw NumericsError(
+        fmt::format("no largest frequency found at t = {:.6g} s (omega = {}): are all "
+                    "nodes fixed, or is the state lost?",
+                    state_.time, omega_));
   double damping = damping_of_highest_mode * setup_.assembly.viscosity.linear;
   const auto& mass = assembly_->nodal_mass();
   for (const auto& s : setup_.springs)  // dashpots: xi = c / (2 m omega)
@@ -104,7 +112,8 @@ void SolidRun::set_velocity(std::int32_t node, const std::array<double, 3>& velo
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t at = 4 * index(node) + i;
     if (inverse_mass_[at] == 0.0) continue;
-    sums_.initial += 0.5 * (velocity[i] * velocity[i] - state_.velocity[at] * state_.velocity[at]) / inverse_mass_[at];
+    sums_.initial += 0.5 * (velocity[i] * velocity[i] - state_.velocity[at] * state_.velocity[at]) /
+                     inverse_mass_[at];
     state_.velocity[at] = velocity[i];
     awake_ = awake_ || velocity[i] != 0.0;
   }
@@ -144,7 +153,8 @@ WindowResult SolidRun::advance(const Window& window) {
   begin_window(window);
   for (std::uint32_t k = 1; k <= result.steps; ++k) {
     const StepTimes times{.t_old = state_.time,
-                          .t_new = k == result.steps ? window.t_end : window.t_begin + k * dt, .dt = dt};
+                          .t_new = k == result.steps ? window.t_end : window.t_begin + k * dt,
+                          .dt = dt};
     predict(times);
     impose_prescribed(times);
     const auto report = assembly_->compute_force(state_.displacement, residual_, 1.0 / dt);
@@ -183,7 +193,8 @@ void SolidRun::begin_window(const Window& window) {
     load.surface.compute_forces(state_.displacement, load.pressure, load.forces);
     for (std::size_t v = 0; v < load.surface.nodes().size(); ++v)
       for (std::size_t i = 0; i < 3; ++i)
-        residual_[4 * index(load.surface.nodes()[v]) + i] += old_forces[3 * v + i] - load.forces[3 * v + i];
+        residual_[4 * index(load.surface.nodes()[v]) + i] +=
+            old_forces[3 * v + i] - load.forces[3 * v + i];
   }
   if (!changed) return;
   sums_.scheme_jumps += sums_.last_step * sums_.last_step / 8.0 * (residual_square() - square);
@@ -201,7 +212,9 @@ void SolidRun::set_pressure(Load& load, const Window& window, double t) {
     return;
   }
   const double length = window.t_end - window.t_begin;
-  const double s = window.shape == InterfaceLoad::linear && t != window.t_end ? (t - window.t_begin) / length : 1.0;
+  const double s = window.shape == InterfaceLoad::linear && t != window.t_end
+                       ? (t - window.t_begin) / length
+                       : 1.0;
   for (std::size_t v = 0; v < load.pressure.size(); ++v) {
     const double end = window.overpressure.empty() ? 0.0 : window.overpressure[v];
     load.pressure[v] = s == 1.0 ? end : load.last_end[v] + s * (end - load.last_end[v]);
@@ -238,7 +251,8 @@ void SolidRun::apply_loads(const Window& window, const StepTimes& times, WindowR
   for (auto& load : loads_) {
     const auto old = load.forces;
     set_pressure(load, window, times.t_new);
-    const bool loaded = std::any_of(load.pressure.begin(), load.pressure.end(), [](double p) { return p != 0.0; });
+    const bool loaded =
+        std::any_of(load.pressure.begin(), load.pressure.end(), [](double p) { return p != 0.0; });
     if (loaded)
       load.surface.compute_forces(state_.displacement, load.pressure, load.forces);
     else
@@ -296,8 +310,9 @@ void SolidRun::finish_prescribed(const StepTimes& times) {
       const double step = state_.velocity[at] * times.dt;
       double& old = prescribed_residual_[s][k];
       // What the support does: works against the residual and gives the node its kinetic energy.
-      sums_.external += 0.5 * (old + residual_[at]) * step +
-                        0.5 * assembly_->nodal_mass()[index(p.nodes[k])] * (after * after - before * before);
+      sums_.external +=
+          0.5 * (old + residual_[at]) * step +
+          0.5 * assembly_->nodal_mass()[index(p.nodes[k])] * (after * after - before * before);
       old = residual_[at];
       state_.velocity[at] = after;
     }
@@ -322,11 +337,14 @@ double SolidRun::residual_square() const {
 void SolidRun::report_inverted(double time) {
   const auto place = assembly_->find_worst(state_.displacement);
   const bool hex = place.cell < mesh().n_hex();
-  throw NumericsError(fmt::format(
-      "{} {} of tissue {} inverted or lost at t = {:.9g} s: smallest J = {:.4g}, centre ({:.6g}, {:.6g}, {:.6g}) m, "
-      "step {:.3g} s (critical {:.3g} s); refine there, soften the load, or lower solid.integrator.safety",
-      hex ? "hex" : "tet", hex ? place.cell : place.cell - mesh().n_hex(), place.tissue, time, place.jacobian,
-      place.position[0], place.position[1], place.position[2], sums_.last_step, stable_step_));
+  throw NumericsError(
+      fmt::format("{} {} of tissue {} inverted or lost at t = {:.9g} s: smallest J = {:.4g}, "
+                  "centre ({:.6g}, {:.6g}, {:.6g}) m, "
+                  "step {:.3g} s (critical {:.3g} s); refine there, soften the load, or lower "
+                  "solid.integrator.safety",
+                  hex ? "hex" : "tet", hex ? place.cell : place.cell - mesh().n_hex(), place.tissue,
+                  time, place.jacobian, place.position[0], place.position[1], place.position[2],
+                  sums_.last_step, stable_step_));
 }
 
 }  // namespace ocublast::solid

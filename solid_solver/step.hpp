@@ -1,10 +1,12 @@
 #pragma once
 
 // Time stepping of the solid: central difference in the form of Bhardwaj et al. (2014) eq. 21,
-//   d(n+1) = d(n) + dt v(n) + dt^2/2 a(n),  v(n+1) = v(n) + dt/2 (a(n) + a(n+1)),  a = M^-1 (f_ext - f_int),
-// lumped mass. Bulk viscosity and dashpots take the velocity of the half step. The trapezoidal work of
-// forces balances exactly with the kinetic energy less dt^2/8 a.M a, for any forces at constant dt; the
-// energy table uses this form, with the strain energy from the potentials, so its error is a real check.
+//   d(n+1) = d(n) + dt v(n) + dt^2/2 a(n),  v(n+1) = v(n) + dt/2 (a(n) + a(n+1)),  a = M^-1 (f_ext
+//   - f_int),
+// lumped mass. Bulk viscosity and dashpots take the velocity of the half step. The trapezoidal work
+// of forces balances exactly with the kinetic energy less dt^2/8 a.M a, for any forces at constant
+// dt; the energy table uses this form, with the strain energy from the potentials, so its error is
+// a real check.
 
 #include <array>
 #include <memory>
@@ -22,12 +24,12 @@ namespace ocublast::solid {
 struct StepControl {
   enum class Rule { lanczos, element };
   Rule rule = Rule::lanczos;
-  double safety = 0.9;           ///< of the critical step by Lanczos
-  double element_factor = 0.7;   ///< of the smallest L/c, rule element
+  double safety = 0.9;          ///< of the critical step by Lanczos
+  double element_factor = 0.7;  ///< of the smallest L/c, rule element
   int lanczos_products = 20;
-  int check_every = 200;         ///< steps between looks at the current configuration
-  double shrink_limit = 0.05;    ///< relative change of the smallest L/c that renews the estimate
-  bool sleep = true;             ///< skip windows in which nothing can move
+  int check_every = 200;       ///< steps between looks at the current configuration
+  double shrink_limit = 0.05;  ///< relative change of the smallest L/c that renews the estimate
+  bool sleep = true;           ///< skip windows in which nothing can move
   double energy_error_limit = 0.05;  ///< of the peak energy; beyond it the run stops
 };
 
@@ -55,31 +57,32 @@ enum class InterfaceLoad { none, linear, constant };
 
 /// A time window and the load in it.
 struct Window {
-  double t_begin = 0.0;   ///< s
-  double t_end = 0.0;     ///< s; the window ends at exactly this value
+  double t_begin = 0.0;     ///< s
+  double t_end = 0.0;       ///< s; the window ends at exactly this value
   std::uint32_t steps = 0;  ///< 0: as many as stability needs
   InterfaceLoad shape = InterfaceLoad::none;
   std::span<const double> overpressure;  ///< [interface nodes] at t_end, Pa; empty: zero
 };
 
 struct WindowResult {
-  bool idle = false;            ///< nothing has moved, nothing was computed
+  bool idle = false;  ///< nothing has moved, nothing was computed
   std::uint32_t steps = 0;
-  double interface_work = 0.0;  ///< J, by the interface load, trapezoid in the step
+  double interface_work = 0.0;                ///< J, by the interface load, trapezoid in the step
   std::array<double, 3> interface_impulse{};  ///< N s
 };
 
 /// J, all since the start.
 struct EnergyTable {
-  double kinetic = 0.0;        ///< 1/2 v.M v
-  double kinetic_scheme = 0.0; ///< what the scheme conserves instead: kinetic - dt^2/8 a.M a + its jumps
-  double internal = 0.0;       ///< strain energy
-  double viscous = 0.0;        ///< dissipated by bulk viscosity
-  double spring = 0.0;         ///< stored in springs to ground
-  double damping = 0.0;        ///< dissipated by dashpots
-  double external = 0.0;       ///< work of all loads and prescribed motions
-  double initial = 0.0;        ///< kinetic energy given at the start
-  double error = 0.0;          ///< (sum of what is there - external - initial) / peak
+  double kinetic = 0.0;  ///< 1/2 v.M v
+  double kinetic_scheme =
+      0.0;                ///< what the scheme conserves instead: kinetic - dt^2/8 a.M a + its jumps
+  double internal = 0.0;  ///< strain energy
+  double viscous = 0.0;   ///< dissipated by bulk viscosity
+  double spring = 0.0;    ///< stored in springs to ground
+  double damping = 0.0;   ///< dissipated by dashpots
+  double external = 0.0;  ///< work of all loads and prescribed motions
+  double initial = 0.0;   ///< kinetic energy given at the start
+  double error = 0.0;     ///< (sum of what is there - external - initial) / peak
 };
 
 /// Sums of a run that belong to its state.
@@ -92,7 +95,7 @@ struct RunningSums {
   double last_step = 0.0;     ///< s
   double peak_energy = 0.0;   ///< J
   double steps = 0.0;
-  double steps_slept = 0.0;   ///< windows skipped
+  double steps_slept = 0.0;  ///< steps not taken while asleep
 };
 
 class SolidRun {
@@ -102,8 +105,8 @@ class SolidRun {
 
   /// Adds a velocity (m/s) to a node before the start.
   void set_velocity(std::int32_t node, const std::array<double, 3>& velocity);
-  /// Advances over a window. Throws NumericsError with element, place, tissue and time when an element
-  /// inverts.
+  /// Advances over a window. Throws NumericsError with element, place, tissue and time when an
+  /// element inverts.
   WindowResult advance(const Window& window);
 
   /// Largest step the scheme may take now, s, safety included.
@@ -122,8 +125,8 @@ class SolidRun {
   /// min(nodal mass / area + rho c window, mass of the body / area of the interface).
   [[nodiscard]] double mass_per_area(double window) const;
 
-  /// Energy table; `cells` are the results of Assembly::evaluate at the current state. Remembers the
-  /// peak. Throws NumericsError when the error passes the limit.
+  /// Energy table; `cells` are the results of Assembly::evaluate at the current state. Remembers
+  /// the peak. Throws NumericsError when the error passes the limit.
   EnergyTable compute_energies(const CellResults& cells);
   /// Linear (0-2, N s) and angular momentum about the origin (3-5, N m s).
   [[nodiscard]] std::array<double, 6> momenta() const;
@@ -147,7 +150,11 @@ class SolidRun {
     std::vector<double> forces;    ///< [nodes, 3] now, N
     std::vector<double> last_end;  ///< coupled: [nodes] at the end of the last window, Pa
   };
-  struct StepTimes { double t_old; double t_new; double dt; };
+  struct StepTimes {
+    double t_old;
+    double t_new;
+    double dt;
+  };
 
   void build_inverse_mass();
   void build_interface_inertia();
@@ -174,9 +181,10 @@ class SolidRun {
   AlignedVector<double> residual_;      ///< [n, 4] f_int - f_ext, N
   AlignedVector<double> inverse_mass_;  ///< [n, 4], 0 where fixed or prescribed
   std::vector<Load> loads_;
-  std::vector<std::vector<double>> damper_forces_;      ///< per spring set [nodes, 3], N
+  std::vector<std::vector<double>> damper_forces_;        ///< per spring set [nodes, 3], N
   std::vector<std::vector<double>> prescribed_residual_;  ///< per set [nodes], N
-  std::vector<std::pair<double, double>> interface_inertia_;  ///< per interface node: mass/area kg/m^2, rho c kg/(m^2 s)
+  std::vector<std::pair<double, double>>
+      interface_inertia_;            ///< per interface node: mass/area kg/m^2, rho c kg/(m^2 s)
   double body_mass_per_area_ = 0.0;  ///< kg/m^2
   double stable_step_ = 0.0;
   double omega_ = 0.0;
@@ -184,7 +192,8 @@ class SolidRun {
   int steps_since_look_ = 0;
   bool awake_ = false;
   RunningSums sums_;
-  std::vector<double> flags_;  ///< time, awake, steps since look, stable step, transit, omega: for checkpoints
+  std::vector<double>
+      flags_;  ///< time, awake, steps since look, stable step, transit, omega: for checkpoints
 };
 
 }  // namespace ocublast::solid

@@ -5,14 +5,16 @@
 
 namespace ocublast::solid {
 
-FollowerPressure::FollowerPressure(const SolidMesh& mesh, const std::vector<Facet>& facets) : mesh_(mesh) {
+FollowerPressure::FollowerPressure(const SolidMesh& mesh, const std::vector<Facet>& facets)
+    : mesh_(mesh) {
   for (const auto& f : facets)
     for (const auto n : f)
       if (n >= 0) nodes_.push_back(n);
   std::sort(nodes_.begin(), nodes_.end());
   nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
   const auto vertex = [&](std::int32_t n) {
-    return static_cast<std::int32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), n) - nodes_.begin());
+    return static_cast<std::int32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), n) -
+                                     nodes_.begin());
   };
   const auto add = [&](std::int32_t a, std::int32_t b, std::int32_t c, double share) {
     triangles_.push_back({.vertices = {vertex(a), vertex(b), vertex(c)}, .share = share});
@@ -50,7 +52,8 @@ std::array<double, 3> FollowerPressure::triangle_area(const Triangle& t,
           half * (u[0] * v[1] - u[1] * v[0])};
 }
 
-void FollowerPressure::compute_forces(std::span<const double> displacement, std::span<const double> pressure,
+void FollowerPressure::compute_forces(std::span<const double> displacement,
+                                      std::span<const double> pressure,
                                       std::span<double> forces) const {
   std::fill(forces.begin(), forces.end(), 0.0);
   for (const auto& t : triangles_) {

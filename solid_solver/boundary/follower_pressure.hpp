@@ -10,9 +10,10 @@
 namespace ocublast::solid {
 
 /// Pressure on the current facets of a surface, given at its nodes and linear in each triangle; a
-/// positive pressure pushes against the outward normal. Consistent nodal forces: over a triangle with
-/// area vector S, f_a = -S (2 p_a + p_b + p_c) / 12. A quad is the mean of its two triangulations, so
-/// that a uniform pressure loads its corners alike; both have the quad's area vector.
+/// positive pressure pushes against the outward normal. Consistent nodal forces: over a triangle
+/// with area vector S, f_a = -S (2 p_a + p_b + p_c) / 12. A quad is the mean of its two
+/// triangulations, so that a uniform pressure loads its corners alike; both have the quad's area
+/// vector.
 class FollowerPressure {
  public:
   FollowerPressure(const SolidMesh& mesh, const std::vector<Facet>& facets);
@@ -32,7 +33,8 @@ class FollowerPressure {
     std::array<std::int32_t, 3> vertices;  ///< index into nodes_
     double share;                          ///< 1 for a triangle, 1/2 for those of a quad
   };
-  [[nodiscard]] std::array<double, 3> triangle_area(const Triangle& t, std::span<const double> displacement) const;
+  [[nodiscard]] std::array<double, 3> triangle_area(const Triangle& t,
+                                                    std::span<const double> displacement) const;
 
   const SolidMesh& mesh_;
   std::vector<std::int32_t> nodes_;

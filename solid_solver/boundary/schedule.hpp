@@ -6,10 +6,10 @@
 
 namespace ocublast::solid {
 
-/// Piecewise linear function of time, constant before its first and after its last point. Two points
-/// at one time make a jump (the later value holds from that time on).
+/// Piecewise linear function of time, constant before its first and after its last point. Two
+/// points at one time make a jump (the later value holds from that time on).
 struct Schedule {
-  std::vector<double> times;   ///< s, ascending
+  std::vector<double> times;  ///< s, ascending
   std::vector<double> values;
 
   [[nodiscard]] double value(double t) const {
@@ -32,7 +32,8 @@ struct Schedule {
     double sum = 0.0;
     for (std::size_t k = 1; k < times.size() && times[k - 1] < t; ++k) {
       const double end = std::min(t, times[k]);
-      const double s = times[k] > times[k - 1] ? (end - times[k - 1]) / (times[k] - times[k - 1]) : 0.0;
+      const double s =
+          times[k] > times[k - 1] ? (end - times[k - 1]) / (times[k] - times[k - 1]) : 0.0;
       const double at_end = values[k - 1] + s * (values[k] - values[k - 1]);
       sum += 0.5 * (end - times[k - 1]) * (values[k - 1] + at_end);
     }

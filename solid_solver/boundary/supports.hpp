@@ -19,9 +19,9 @@ struct FixedNodes {
 struct PrescribedNodes {
   enum class Quantity { displacement, velocity };
   std::vector<std::int32_t> nodes;
-  std::size_t direction = 0;                       ///< 0 x, 1 y, 2 z
+  std::size_t direction = 0;  ///< 0 x, 1 y, 2 z
   Quantity quantity = Quantity::displacement;
-  Schedule schedule;                               ///< m or m/s
+  Schedule schedule;  ///< m or m/s
 
   [[nodiscard]] double displacement(double t) const {
     return quantity == Quantity::displacement ? schedule.value(t) : schedule.integral(t);

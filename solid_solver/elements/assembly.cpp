@@ -12,8 +12,11 @@ namespace ocublast::solid {
 
 Assembly::Assembly(const SolidMesh& mesh, std::vector<Material> materials,
                    std::vector<std::int32_t> material_of_tissue, const AssemblyOptions& options)
-    : mesh_(mesh), materials_(std::move(materials)), material_of_tissue_(std::move(material_of_tissue)),
-      options_(options), laws_(make_laws()) {
+    : mesh_(mesh),
+      materials_(std::move(materials)),
+      material_of_tissue_(std::move(material_of_tissue)),
+      options_(options),
+      laws_(make_laws()) {
   build_blocks();
   build_colours();
   build_mass();
@@ -25,12 +28,14 @@ void Assembly::build_blocks() {
     const auto type = cell < mesh_.n_hex() ? ElementType::hex8_q1p0 : ElementType::tet4_anp;
     cells[{type, material_of_cell(cell).law}].push_back(static_cast<std::int64_t>(cell));
   }
-  const ElementBlock::Parts parts{.mesh = mesh_, .materials = materials_,
+  const ElementBlock::Parts parts{.mesh = mesh_,
+                                  .materials = materials_,
                                   .material_of_tissue = material_of_tissue_,
                                   .viscosity = options_.viscosity,
                                   .chunk_elements = options_.chunk_elements};
   for (auto& [key, list] : cells) {
-    blocks_.emplace_back(key.first, key.second, laws_[key.second].constants.size(), std::move(list), parts);
+    blocks_.emplace_back(key.first, key.second, laws_[key.second].constants.size(), std::move(list),
+                         parts);
     has_tets_ = has_tets_ || key.first == ElementType::tet4_anp;
   }
 }
@@ -44,7 +49,8 @@ void Assembly::build_colours() {
     const auto view = blocks_[b].view();
     const std::int64_t width = (blocks_[b].type() == ElementType::hex8_q1p0 ? 8 : 4) * batch_lanes;
     for (const auto& [begin, end] : blocks_[b].chunks()) {
-      const std::span nodes(view.nodes + begin * width, static_cast<std::size_t>((end - begin) * width));
+      const std::span nodes(view.nodes + begin * width,
+                            static_cast<std::size_t>((end - begin) * width));
       std::uint64_t taken = 0;
       for (const std::int32_t n : nodes) taken |= seen[static_cast<std::size_t>(n)];
       const auto colour = static_cast<std::size_t>(std::countr_one(taken));
@@ -55,7 +61,8 @@ void Assembly::build_colours() {
       }
       if (colour >= colours_.size()) colours_.resize(colour + 1);
       colours_[colour].push_back(chunk);
-      for (const std::int32_t n : nodes) seen[static_cast<std::size_t>(n)] |= std::uint64_t{1} << colour;
+      for (const std::int32_t n : nodes)
+        seen[static_cast<std::size_t>(n)] |= std::uint64_t{1} << colour;
     }
   }
   std::size_t n_chunks = 0;
@@ -75,7 +82,8 @@ void Assembly::build_mass() {
     const std::int32_t* nodes = mesh_.tet4.data() + 4 * t;
     const double volume = compute_tet_geometry(cell_positions<4>(mesh_, nodes)).volume;
     for (std::size_t a = 0; a < 4; ++a)
-      mass_[static_cast<std::size_t>(nodes[a])] += 0.25 * volume * material_of_cell(mesh_.n_hex() + t).density;
+      mass_[static_cast<std::size_t>(nodes[a])] +=
+          0.25 * volume * material_of_cell(mesh_.n_hex() + t).density;
   }
 }
 
@@ -106,8 +114,8 @@ void Assembly::compute_nodal_pressures(const KernelStep& step) {
 
 ForceReport Assembly::compute_force(std::span<const double> displacement, std::span<double> force,
                                     double inverse_step) {
-  const KernelStep step{.displacement = displacement.data(), .force = force.data(),
-                        .inverse_step = inverse_step};
+  const KernelStep step{
+      .displacement = displacement.data(), .force = force.data(), .inverse_step = inverse_step};
 #pragma omp parallel num_threads(options_.threads)
   {
 #pragma omp for schedule(static)
@@ -120,7 +128,7 @@ ForceReport Assembly::compute_force(std::span<const double> displacement, std::s
         auto& block = blocks_[colour[k].block];
         KernelSums sums;
         const auto kernel = block.type() == ElementType::hex8_q1p0 ? kernels(block).hex_force
-                                                                    : kernels(block).tet_force;
+                                                                   : kernels(block).tet_force;
         kernel(block.view(), step, colour[k].begin, colour[k].end, sums);
         sums_[first + k] = sums;
       }
@@ -145,15 +153,17 @@ void Assembly::evaluate(std::span<const double> displacement, CellResults& resul
     for (auto& block : blocks_) {
       // The kernels write at batch * n_evaluated * 8; one batch at a time keeps the memory small.
       const auto kernel = block.type() == ElementType::hex8_q1p0 ? kernels(block).hex_evaluate
-                                                                  : kernels(block).tet_evaluate;
+                                                                 : kernels(block).tet_evaluate;
 #pragma omp for schedule(static)
       for (std::int64_t b = 0; b < block.n_batches(); ++b) {
-        kernel(block.view(), displacement.data(), b, b + 1, batch.data() - b * n_evaluated * batch_lanes);
+        kernel(block.view(), displacement.data(), b, b + 1,
+               batch.data() - b * n_evaluated * batch_lanes);
         for (std::size_t lane = 0; lane < batch_lanes; ++lane) {
           const std::int64_t cell = block.cell(static_cast<std::size_t>(b) * batch_lanes + lane);
           if (cell < 0) continue;
           for (std::size_t k = 0; k < n_evaluated; ++k)
-            results[static_cast<std::size_t>(cell) * n_evaluated + k] = batch[k * batch_lanes + lane];
+            results[static_cast<std::size_t>(cell) * n_evaluated + k] =
+                batch[k * batch_lanes + lane];
         }
       }
     }
@@ -177,17 +187,21 @@ ElementPlace Assembly::find_worst(std::span<const double> displacement) {
   place.position = cell_centre(mesh_, place.cell);
   const bool hex = place.cell < mesh_.n_hex();
   const std::size_t n = hex ? 8 : 4;
-  const std::int32_t* nodes = hex ? &mesh_.hex8[8 * place.cell] : &mesh_.tet4[4 * (place.cell - mesh_.n_hex())];
+  const std::int32_t* nodes =
+      hex ? &mesh_.hex8[8 * place.cell] : &mesh_.tet4[4 * (place.cell - mesh_.n_hex())];
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t i = 0; i < 3; ++i)
-      place.position[i] += displacement[4 * static_cast<std::size_t>(nodes[a]) + i] / static_cast<double>(n);
+      place.position[i] +=
+          displacement[4 * static_cast<std::size_t>(nodes[a]) + i] / static_cast<double>(n);
   return place;
 }
 
-std::pair<double, std::size_t> Assembly::smallest_transit(std::span<const double> displacement) const {
+std::pair<double, std::size_t> Assembly::smallest_transit(
+    std::span<const double> displacement) const {
   std::pair<double, std::size_t> smallest{std::numeric_limits<double>::infinity(), 0};
   for (std::size_t cell = 0; cell < mesh_.n_cells(); ++cell) {
-    const double transit = cell_length(mesh_, cell, displacement.data()) / material_of_cell(cell).sound_speed();
+    const double transit =
+        cell_length(mesh_, cell, displacement.data()) / material_of_cell(cell).sound_speed();
     if (transit < smallest.first) smallest = {transit, cell};
   }
   return smallest;

@@ -15,7 +15,7 @@ struct AssemblyOptions {
   int threads = 1;
   InstructionSet instruction_set = InstructionSet::baseline;
   BulkViscosity viscosity;
-  std::size_t chunk_elements = 256;
+  std::size_t chunk_elements = 128;
 };
 
 /// What a force computation found.
@@ -40,12 +40,13 @@ struct ElementPlace {
 /// depend on the number of threads, to the last bit.
 class Assembly {
  public:
-  /// The mesh must stay alive. Preconditions: ids in range, positive Jacobians, material per tissue.
+  /// The mesh must stay alive. Preconditions: ids in range, positive Jacobians, material per
+  /// tissue.
   Assembly(const SolidMesh& mesh, std::vector<Material> materials,
            std::vector<std::int32_t> material_of_tissue, const AssemblyOptions& options);
 
-  /// Internal force [n_nodes, 4] (N) at displacement [n_nodes, 4] (m), overwritten. inverse_step > 0
-  /// adds bulk viscosity and advances its memory.
+  /// Internal force [n_nodes, 4] (N) at displacement [n_nodes, 4] (m), overwritten. inverse_step >
+  /// 0 adds bulk viscosity and advances its memory.
   ForceReport compute_force(std::span<const double> displacement, std::span<double> force,
                             double inverse_step);
   /// Stress, strain and energy per cell at the displacement.
@@ -54,8 +55,10 @@ class Assembly {
   [[nodiscard]] const std::vector<double>& nodal_mass() const { return mass_; }
   /// Smallest Jacobian and its place, for messages.
   [[nodiscard]] ElementPlace find_worst(std::span<const double> displacement);
-  /// Smallest L/c and its cell in the current configuration: the element rule without its factor, s.
-  [[nodiscard]] std::pair<double, std::size_t> smallest_transit(std::span<const double> displacement) const;
+  /// Smallest L/c and its cell in the current configuration: the element rule without its factor,
+  /// s.
+  [[nodiscard]] std::pair<double, std::size_t> smallest_transit(
+      std::span<const double> displacement) const;
 
   [[nodiscard]] const SolidMesh& mesh() const { return mesh_; }
   [[nodiscard]] const Material& material_of_cell(std::size_t cell) const {

@@ -6,15 +6,16 @@
 namespace ocublast::solid {
 namespace {
 
-/// Sums over the points of W elements what `evaluate` reports: volume means of the Cauchy stress and
-/// of grad u, the strain energy, the smallest Jacobian. Not in the force loop: the volumetric energies take logarithms from the library.
+/// Sums over the points of W elements what `evaluate` reports: volume means of the Cauchy stress
+/// and of grad u, the strain energy, the smallest Jacobian. Not in the force loop: the volumetric
+/// energies take logarithms from the library.
 template <class Law, int W>
 struct CellMeans {
   using V = Lanes<W>;
   V kirchhoff[6] = {};
   V gradient[9] = {};
-  V volume{};    ///< current, m^3
-  V energy{};    ///< J
+  V volume{};  ///< current, m^3
+  V energy{};  ///< J
   V smallest = V{} + 1e300;
 
   inline __attribute__((always_inline)) void add(const V* c, const V H[9], V mean_stress, V w) {
@@ -41,15 +42,18 @@ struct CellMeans {
     smallest = g.j + 1.0 < smallest ? g.j + 1.0 : smallest;
     energy += w * Law::template isochoric_energy<V>(c, g);
   }
-  inline __attribute__((always_inline)) void add_volumetric(const V* c, V dilatation, V reference_volume) {
+  inline __attribute__((always_inline)) void add_volumetric(const V* c, V dilatation,
+                                                            V reference_volume) {
     for (int l = 0; l < W; ++l) {
       double constants[Law::n_constants];
       for (int k = 0; k < Law::n_constants; ++k) constants[k] = c[k][l];
       energy[l] += reference_volume[l] * Law::volumetric_energy(constants, dilatation[l]);
     }
   }
-  inline __attribute__((always_inline)) void write(V reference_volume, V dilatation, double* out) const {
-    for (int k = 0; k < 6; ++k) store<W>(out + (stress_xx + k) * batch_lanes, kirchhoff[k] / volume);
+  inline __attribute__((always_inline)) void write(V reference_volume, V dilatation,
+                                                   double* out) const {
+    for (int k = 0; k < 6; ++k)
+      store<W>(out + (stress_xx + k) * batch_lanes, kirchhoff[k] / volume);
     store<W>(out + dilatation_mean * batch_lanes, dilatation);
     store<W>(out + strain_energy * batch_lanes, energy);
     for (int i = 0; i < 9; ++i)

@@ -11,7 +11,8 @@ namespace ocublast::solid {
 /// Symmetric tensor xx, yy, zz, xy, yz, zx.
 using Symmetric = std::array<double, 6>;
 
-/// Largest eigenvalue, by the trigonometric form on the deviator: round-off relative to the deviator.
+/// Largest eigenvalue, by the trigonometric form on the deviator: round-off relative to the
+/// deviator.
 [[nodiscard]] inline double largest_eigenvalue(const Symmetric& s) {
   const double mean = (s[0] + s[1] + s[2]) / 3.0;
   const double a = s[0] - mean;
@@ -19,8 +20,10 @@ using Symmetric = std::array<double, 6>;
   const double c = s[2] - mean;
   const double j2 = 0.5 * (a * a + b * b + c * c) + s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
   if (j2 <= 0.0) return mean;
-  const double j3 = a * (b * c - s[4] * s[4]) - s[3] * (s[3] * c - s[4] * s[5]) + s[5] * (s[3] * s[4] - b * s[5]);
-  const double angle = std::acos(std::clamp(1.5 * std::sqrt(3.0) * j3 / (j2 * std::sqrt(j2)), -1.0, 1.0)) / 3.0;
+  const double j3 =
+      a * (b * c - s[4] * s[4]) - s[3] * (s[3] * c - s[4] * s[5]) + s[5] * (s[3] * s[4] - b * s[5]);
+  const double angle =
+      std::acos(std::clamp(1.5 * std::sqrt(3.0) * j3 / (j2 * std::sqrt(j2)), -1.0, 1.0)) / 3.0;
   return mean + 2.0 * std::sqrt(j2 / 3.0) * std::cos(angle);
 }
 
@@ -48,7 +51,9 @@ struct CellScalars {
     for (std::size_t m = 0; m < 3; ++m) twice_strain[k] += H[3 * m + row[k]] * H[3 * m + column[k]];
   }
   const double e = largest_eigenvalue(twice_strain);
-  return {.pressure = -mean, .von_mises = std::sqrt(3.0 * j2), .principal_stress = largest_eigenvalue(s),
+  return {.pressure = -mean,
+          .von_mises = std::sqrt(3.0 * j2),
+          .principal_stress = largest_eigenvalue(s),
           .principal_strain = e / (1.0 + std::sqrt(std::max(0.0, 1.0 + e)))};
 }
 

@@ -144,7 +144,8 @@ void ElementBlock::fill_hex(std::size_t slot, std::int64_t cell, bool filler, co
 void ElementBlock::fill_tet(std::size_t slot, std::int64_t cell, bool filler, const Parts& parts) {
   const std::size_t batch = slot / lanes;
   const std::size_t lane = slot % lanes;
-  const std::int32_t* nodes = parts.mesh.tet4.data() + 4 * (cell - static_cast<std::int64_t>(parts.mesh.n_hex()));
+  const std::int32_t* nodes =
+      parts.mesh.tet4.data() + 4 * (cell - static_cast<std::int64_t>(parts.mesh.n_hex()));
   for (std::size_t a = 0; a < 4; ++a) nodes_[(batch * 4 + a) * lanes + lane] = nodes[a];
   const auto g = compute_tet_geometry(cell_positions<4>(parts.mesh, nodes));
   double* out = reference_.data() + batch * 10 * lanes + lane;
@@ -160,12 +161,14 @@ void ElementBlock::build_pressure_nodes(const Parts& parts) {
   for (std::size_t slot = 0; slot < cell_.size(); ++slot) {
     const bool filler = cell_[slot] < 0;
     if (!filler) cell = cell_[slot];
-    const auto tissue = static_cast<std::size_t>(parts.mesh.tissue_of(static_cast<std::size_t>(cell)));
+    const auto tissue =
+        static_cast<std::size_t>(parts.mesh.tissue_of(static_cast<std::size_t>(cell)));
     const std::int32_t material = parts.material_of_tissue[tissue];
     const auto& constants = parts.materials[static_cast<std::size_t>(material)].constants;
     for (std::size_t a = 0; a < 4; ++a) {
       const std::size_t at = (slot / lanes * 4 + a) * lanes + slot % lanes;
-      const auto [entry, added] = numbers.try_emplace({nodes_[at], material}, static_cast<std::int32_t>(numbers.size()));
+      const auto [entry, added] =
+          numbers.try_emplace({nodes_[at], material}, static_cast<std::int32_t>(numbers.size()));
       if (added) {
         nodal_volume_.push_back(0.0);
         nodal_constants_.insert(nodal_constants_.end(), constants.begin(), constants.end());
@@ -180,10 +183,15 @@ void ElementBlock::build_pressure_nodes(const Parts& parts) {
 }
 
 BlockView ElementBlock::view() {
-  return {.nodes = nodes_.data(), .reference = reference_.data(), .constants = constants_.data(),
-          .viscosity = viscosity_.data(), .memory = memory_.data(),
-          .pressure_nodes = pressure_nodes_.data(), .nodal_volume_change = nodal_volume_change_.data(),
-          .nodal_pressure = nodal_pressure_.data(), .nodal_volume = nodal_volume_.data(),
+  return {.nodes = nodes_.data(),
+          .reference = reference_.data(),
+          .constants = constants_.data(),
+          .viscosity = viscosity_.data(),
+          .memory = memory_.data(),
+          .pressure_nodes = pressure_nodes_.data(),
+          .nodal_volume_change = nodal_volume_change_.data(),
+          .nodal_pressure = nodal_pressure_.data(),
+          .nodal_volume = nodal_volume_.data(),
           .nodal_constants = nodal_constants_.data()};
 }
 

@@ -27,8 +27,8 @@ struct Chunk {
   std::int64_t end = 0;
 };
 
-/// All elements of one type and one law, sorted along a space-filling curve and packed in batches of
-/// 8 lanes. The last batch of a chunk is filled up with copies of weight zero.
+/// All elements of one type and one law, sorted along a space-filling curve and packed in batches
+/// of 8 lanes. The last batch of a chunk is filled up with copies of weight zero.
 class ElementBlock {
  public:
   struct Parts {
@@ -36,7 +36,7 @@ class ElementBlock {
     std::span<const Material> materials;
     std::span<const std::int32_t> material_of_tissue;  ///< per tissue id, index into materials
     BulkViscosity viscosity;
-    std::size_t chunk_elements = 256;
+    std::size_t chunk_elements = 128;
   };
   /// `cells` are numbered as in SolidMesh (hexes, then tets).
   ElementBlock(ElementType type, std::size_t law, std::size_t n_constants,
@@ -45,11 +45,15 @@ class ElementBlock {
   [[nodiscard]] BlockView view();
   [[nodiscard]] ElementType type() const { return type_; }
   [[nodiscard]] std::size_t law() const { return law_; }
-  [[nodiscard]] std::int64_t n_batches() const { return static_cast<std::int64_t>(cell_.size() / 8); }
+  [[nodiscard]] std::int64_t n_batches() const {
+    return static_cast<std::int64_t>(cell_.size() / 8);
+  }
   [[nodiscard]] std::size_t n_elements() const { return n_elements_; }
   [[nodiscard]] std::size_t n_pressure_nodes() const { return nodal_volume_.size(); }
   /// Batch ranges, in order.
-  [[nodiscard]] const std::vector<std::pair<std::int64_t, std::int64_t>>& chunks() const { return chunks_; }
+  [[nodiscard]] const std::vector<std::pair<std::int64_t, std::int64_t>>& chunks() const {
+    return chunks_;
+  }
   /// Cell number of a slot (8 batch + lane), -1 for a filler.
   [[nodiscard]] std::int64_t cell(std::size_t slot) const { return cell_[slot]; }
   /// Bulk viscosity's memory, [batch, 2, 8]; part of the state.
@@ -86,20 +90,21 @@ class ElementBlock {
 
 /// Positions of a cell's nodes, m; `displacement` ([n, 4], may be null) is added.
 template <std::size_t N>
-[[nodiscard]] std::array<std::array<double, 3>, N> cell_positions(const SolidMesh& mesh,
-                                                                  const std::int32_t* nodes,
-                                                                  const double* displacement = nullptr) {
+[[nodiscard]] std::array<std::array<double, 3>, N> cell_positions(
+    const SolidMesh& mesh, const std::int32_t* nodes, const double* displacement = nullptr) {
   std::array<std::array<double, 3>, N> x{};
   for (std::size_t a = 0; a < N; ++a)
     for (std::size_t i = 0; i < 3; ++i) {
       x[a][i] = mesh.nodes[3 * static_cast<std::size_t>(nodes[a]) + i];
-      if (displacement != nullptr) x[a][i] += displacement[4 * static_cast<std::size_t>(nodes[a]) + i];
+      if (displacement != nullptr)
+        x[a][i] += displacement[4 * static_cast<std::size_t>(nodes[a]) + i];
     }
   return x;
 }
 
 /// Length of the step rule of a cell, m: V/A_max of a hex, smallest altitude of a tet.
-[[nodiscard]] double cell_length(const SolidMesh& mesh, std::size_t cell, const double* displacement = nullptr);
+[[nodiscard]] double cell_length(const SolidMesh& mesh, std::size_t cell,
+                                 const double* displacement = nullptr);
 /// Reference volume of a cell, m^3.
 [[nodiscard]] double cell_volume(const SolidMesh& mesh, std::size_t cell);
 /// Mean of a cell's node positions in the reference state, m.

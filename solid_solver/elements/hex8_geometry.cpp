@@ -1,16 +1,17 @@
 #include "solid_solver/elements/hex8_geometry.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-
-#include <Eigen/Dense>
 
 namespace ocublast::solid {
 namespace {
 
 constexpr double gauss = 0.57735026918962576451;
 
-double sign(int node, int bit) { return (node & bit) != 0 ? 1.0 : -1.0; }
+double sign(int node, int bit) {
+  return (node & bit) != 0 ? 1.0 : -1.0;
+}
 
 /// dX/dxi at a point of the reference cube.
 Eigen::Matrix3d jacobian(const HexNodes& x, const Eigen::Vector3d& xi) {
@@ -63,7 +64,8 @@ double hex_length(const HexNodes& x) {
     largest = std::max(largest, 0.5 * (at(f[2]) - at(f[0])).cross(at(f[3]) - at(f[1])).norm());
   double volume = 0.0;
   for (int q = 0; q < 8; ++q)
-    volume += jacobian(x, gauss * Eigen::Vector3d(sign(q, 1), sign(q, 2), sign(q, 4))).determinant();
+    volume +=
+        jacobian(x, gauss * Eigen::Vector3d(sign(q, 1), sign(q, 2), sign(q, 4))).determinant();
   return volume / largest;
 }
 

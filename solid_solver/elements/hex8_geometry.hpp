@@ -6,7 +6,8 @@ namespace ocublast::solid {
 
 using HexNodes = std::array<std::array<double, 3>, 8>;  ///< VTK order, m
 
-/// Kernels number the nodes of a hex by bits (xi, eta, zeta); entry b is the VTK node of binary node b.
+/// Kernels number the nodes of a hex by bits (xi, eta, zeta); entry b is the VTK node of binary
+/// node b.
 inline constexpr std::array<int, 8> hex_vtk_of_binary{0, 1, 3, 2, 4, 5, 7, 6};
 /// Quads of a hex in VTK numbers, outward.
 inline constexpr std::array<std::array<int, 4>, 6> hex_faces{

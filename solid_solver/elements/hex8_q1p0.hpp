@@ -1,11 +1,12 @@
 #pragma once
 
 // Hexahedron Q1P0: trilinear displacement, 2x2x2 Gauss points, one dilatation per element, the mean
-// of det F weighted by reference volume (Simo, Taylor & Pister 1985, DOI 10.1016/0045-7825(85)90033-7).
-// Energy: sum_q w_q psi_iso(F_q) + V U(theta), theta - 1 = sum_q w_q (J_q - 1) / V. Total Lagrangian.
-// Gradients by sum factorisation: the 8-point Hadamard transform of the nodal values gives the modes
-// of (1 +- xi)(1 +- eta)(1 +- zeta); a derivative takes only 4 values per direction at the 8 points.
-// Node order here is binary: bit 0 xi, bit 1 eta, bit 2 zeta. The factor 1/8 is in the stored gradients.
+// of det F weighted by reference volume (Simo, Taylor & Pister 1985,
+// DOI 10.1016/0045-7825(85)90033-7). Energy: sum_q w_q psi_iso(F_q) + V U(theta), theta - 1 = sum_q
+// w_q (J_q - 1) / V. Total Lagrangian. Gradients by sum factorisation: the 8-point Hadamard
+// transform of the nodal values gives the modes of (1 +- xi)(1 +- eta)(1 +- zeta); a derivative
+// takes only 4 values per direction at the 8 points. Node order here is binary: bit 0 xi, bit 1
+// eta, bit 2 zeta. The factor 1/8 is in the stored gradients.
 
 #include "solid_solver/elements/cell_means.hpp"
 #include "solid_solver/elements/kernel_table.hpp"
@@ -28,7 +29,8 @@ struct Hex8Q1P0 {
   };
 
   /// Derivatives along xi, eta, zeta at the points: D[direction][point on the transverse face][i].
-  OCU_LANE_INLINE void reference_gradients(const double* u, const std::int32_t* nodes, V D[3][4][3]) {
+  OCU_LANE_INLINE void reference_gradients(const double* u, const std::int32_t* nodes,
+                                           V D[3][4][3]) {
     V n[8][3];
     for (int a = 0; a < 8; ++a) gather<W>(u, nodes + a * batch_lanes, n[a]);
     for (int i = 0; i < 3; ++i) {
@@ -50,7 +52,8 @@ struct Hex8Q1P0 {
       spread(m[4], m[5], m[6], m[7], D[2], i);
     }
   }
-  /// Bilinear field constant + p first + q second + p q both at (p, q) = (-,-), (+,-), (-,+), (+,+).
+  /// Bilinear field constant + p first + q second + p q both at (p, q) = (-,-), (+,-), (-,+),
+  /// (+,+).
   OCU_LANE_INLINE void spread(V constant, V first, V second, V both, V D[4][3], int i) {
     const V low = constant - second;
     const V high = constant + second;
@@ -92,8 +95,8 @@ struct Hex8Q1P0 {
   }
 
   /// Bulk viscosity: tension-positive stress from the rate of the mean dilatation; remembers both.
-  OCU_LANE_INLINE V viscous_stress(const BlockView& block, std::int64_t batch, int lane, V dilatation,
-                                   V volume, double inverse_step, V& work) {
+  OCU_LANE_INLINE V viscous_stress(const BlockView& block, std::int64_t batch, int lane,
+                                   V dilatation, V volume, double inverse_step, V& work) {
     double* memory = block.memory + batch * 2 * batch_lanes + lane;
     const double* b = block.viscosity + batch * 2 * batch_lanes + lane;
     const V old = load<W>(memory);
@@ -110,7 +113,8 @@ struct Hex8Q1P0 {
   }
 
   /// Adds a point's P, turned to the directions, to the sums that the inverse transform needs.
-  OCU_LANE_INLINE void add_point(const V P[9], const double* ref, V w, V xi[3], V eta[3], V zeta[3]) {
+  OCU_LANE_INLINE void add_point(const V P[9], const double* ref, V w, V xi[3], V eta[3],
+                                 V zeta[3]) {
     V g[9];
     for (int i = 0; i < 9; ++i) g[i] = load<W>(ref + i * batch_lanes);
     for (int i = 0; i < 3; ++i) {
@@ -135,7 +139,8 @@ struct Hex8Q1P0 {
     both += slope_high - slope_low;
   }
 
-  OCU_LANE_INLINE void scatter_forces(const V A[3][4][3], const std::int32_t* nodes, double* force) {
+  OCU_LANE_INLINE void scatter_forces(const V A[3][4][3], const std::int32_t* nodes,
+                                      double* force) {
     V f[8][3];
     for (int i = 0; i < 3; ++i) {
       V m[8] = {};
@@ -158,8 +163,8 @@ struct Hex8Q1P0 {
     scatter_add<W, 8>(force, nodes, f);
   }
 
-  static void force(const BlockView& block, const KernelStep& step, std::int64_t begin, std::int64_t end,
-                    KernelSums& sums) noexcept {
+  static void force(const BlockView& block, const KernelStep& step, std::int64_t begin,
+                    std::int64_t end, KernelSums& sums) noexcept {
     typename LaneTypes<W>::Integer bad{};
     V work{};
     for (std::int64_t batch = begin; batch < end; ++batch)
@@ -170,14 +175,16 @@ struct Hex8Q1P0 {
         load_constants(block, batch, lane, c);
         V mean_stress = Law::template volumetric_stress<V>(c, e.dilatation);
         if (step.inverse_step > 0.0)
-          mean_stress += viscous_stress(block, batch, lane, e.dilatation, e.volume, step.inverse_step, work);
+          mean_stress +=
+              viscous_stress(block, batch, lane, e.dilatation, e.volume, step.inverse_step, work);
         V A[3][4][3] = {};
         const double* ref = block.reference + batch * n_reference + lane;
         for (int q = 0; q < n_points; ++q, ref += 10 * batch_lanes) {
           Gradient<V> g;
           for (int i = 0; i < 9; ++i) g.H[i] = e.H[q][i];
           complete<Law>(g);
-          bad |= g.j > -1.0 ? typename LaneTypes<W>::Integer{} : typename LaneTypes<W>::Integer{} + 1;
+          bad |=
+              g.j > -1.0 ? typename LaneTypes<W>::Integer{} : typename LaneTypes<W>::Integer{} + 1;
           V P[9];
           Law::template isochoric_stress<V>(c, g, P);
           for (int i = 0; i < 9; ++i) P[i] += mean_stress * g.cof[i];
@@ -192,8 +199,8 @@ struct Hex8Q1P0 {
     }
   }
 
-  static void evaluate(const BlockView& block, const double* u, std::int64_t begin, std::int64_t end,
-                       double* out) noexcept {
+  static void evaluate(const BlockView& block, const double* u, std::int64_t begin,
+                       std::int64_t end, double* out) noexcept {
     for (std::int64_t batch = begin; batch < end; ++batch)
       for (int lane = 0; lane < batch_lanes; lane += W) {
         Element e;

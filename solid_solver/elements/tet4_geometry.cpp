@@ -1,14 +1,15 @@
 #include "solid_solver/elements/tet4_geometry.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-
-#include <Eigen/Dense>
 
 namespace ocublast::solid {
 namespace {
 
-Eigen::Vector3d point(const TetNodes& x, std::size_t a) { return {x[a][0], x[a][1], x[a][2]}; }
+Eigen::Vector3d point(const TetNodes& x, std::size_t a) {
+  return {x[a][0], x[a][1], x[a][2]};
+}
 
 }  // namespace
 

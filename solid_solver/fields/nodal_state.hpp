@@ -18,7 +18,8 @@ struct NodalState {
   double time = 0.0;                   ///< s
 
   explicit NodalState(std::size_t n_nodes = 0)
-      : displacement(n_nodes * node_stride), velocity(n_nodes * node_stride),
+      : displacement(n_nodes * node_stride),
+        velocity(n_nodes * node_stride),
         acceleration(n_nodes * node_stride) {}
   [[nodiscard]] std::size_t n_nodes() const { return displacement.size() / node_stride; }
 };

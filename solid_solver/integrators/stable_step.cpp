@@ -1,9 +1,8 @@
 #include "solid_solver/integrators/stable_step.hpp"
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <vector>
-
-#include <Eigen/Dense>
 
 #include "solid_solver/fields/aligned.hpp"
 
@@ -44,14 +43,17 @@ double largest_eigenvalue(const std::vector<double>& alpha, const std::vector<do
     T(i, i) = alpha[static_cast<std::size_t>(i)];
     if (i > 0) T(i, i - 1) = T(i - 1, i) = beta[static_cast<std::size_t>(i - 1)];
   }
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(T, Eigen::EigenvaluesOnly).eigenvalues()(n - 1);
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(T, Eigen::EigenvaluesOnly)
+      .eigenvalues()(n - 1);
 }
 
-constexpr double converged_change = 1e-4;  // of omega; the safety factor leaves a thousand times more
+constexpr double converged_change =
+    1e-4;  // of omega; the safety factor leaves a thousand times more
 
 }  // namespace
 
-Frequency largest_frequency(std::span<const double> inverse_mass, const StiffnessProduct& product, int products) {
+Frequency largest_frequency(std::span<const double> inverse_mass, const StiffnessProduct& product,
+                            int products) {
   const std::size_t n = inverse_mass.size();
   Vector root(n);  // M^-1/2: Lanczos on M^-1/2 K M^-1/2 is Lanczos on M^-1 K in the M inner product
   for (std::size_t i = 0; i < n; ++i) root[i] = std::sqrt(inverse_mass[i]);

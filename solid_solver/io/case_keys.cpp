@@ -1,8 +1,8 @@
 #include "solid_solver/io/case_keys.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "coupler/base/errors.hpp"
 #include "solid_solver/io/case_materials.hpp"
@@ -16,54 +16,90 @@ constexpr std::pair<std::string_view, StepControl::Rule> rule_words[] = {
     {"lanczos", StepControl::Rule::lanczos}, {"element", StepControl::Rule::element}};
 constexpr std::pair<std::string_view, std::size_t> axis_words[] = {{"x", 0}, {"y", 1}, {"z", 2}};
 
-const std::vector<std::string> all_fields{"displacement", "velocity", "pressure", "von_mises", "stress",
-                                          "principal_stress", "principal_strain"};
+const std::vector<std::string> all_fields{"displacement",    "velocity", "pressure",
+                                          "von_mises",       "stress",   "principal_stress",
+                                          "principal_strain"};
 
 void read_integrator(Section section, SolidSetup& setup) {
   auto& c = setup.control;
-  section.choice("step_rule", c.rule, std::span<const std::pair<std::string_view, StepControl::Rule>>(rule_words),
-                 {.help = "lanczos: largest frequency of the assembled operator; element: V/(A_max c)"});
-  section.real("safety", c.safety, {.unit = "1", .min = 0.0, .max = 1.0, .above_min = true,
-                                    .help = "part of the critical step of the Lanczos estimate"});
-  section.real("element_factor", c.element_factor, {.unit = "1", .min = 0.0, .max = 1.0, .above_min = true,
-                                                    .help = "part of V/(A_max c), rule element"});
-  section.integer("lanczos_products", c.lanczos_products, {.min = 5, .max = 200, .help = "products at least"});
-  section.integer("check_every_steps", c.check_every, {.min = 1, .help = "steps between looks at the shrunken mesh"});
-  section.real("energy_error_limit", c.energy_error_limit, {.unit = "1", .min = 0.0, .above_min = true,
-               .help = "energy error over the peak energy that stops the run"});
+  section.choice(
+      "step_rule", c.rule,
+      std::span<const std::pair<std::string_view, StepControl::Rule>>(rule_words),
+      {.help = "lanczos: largest frequency of the assembled operator; element: V/(A_max c)"});
+  section.real("safety", c.safety,
+               {.unit = "1",
+                .min = 0.0,
+                .max = 1.0,
+                .above_min = true,
+                .help = "part of the critical step of the Lanczos estimate"});
+  section.real("element_factor", c.element_factor,
+               {.unit = "1",
+                .min = 0.0,
+                .max = 1.0,
+                .above_min = true,
+                .help = "part of V/(A_max c), rule element"});
+  section.integer("lanczos_products", c.lanczos_products,
+                  {.min = 5, .max = 200, .help = "products at least"});
+  section.integer("check_every_steps", c.check_every,
+                  {.min = 1, .help = "steps between looks at the shrunken mesh"});
+  section.real("energy_error_limit", c.energy_error_limit,
+               {.unit = "1",
+                .min = 0.0,
+                .above_min = true,
+                .help = "energy error over the peak energy that stops the run"});
   section.flag("sleep", c.sleep, "skip windows in which nothing can move");
-  section.real("viscosity_linear", setup.assembly.viscosity.linear, {.unit = "1", .min = 0.0, .max = 1.0, .help = "bulk viscosity c1"});
-  section.real("viscosity_quadratic", setup.assembly.viscosity.quadratic, {.unit = "1", .min = 0.0, .max = 10.0, .help = "bulk viscosity c0"});
+  section.real("viscosity_linear", setup.assembly.viscosity.linear,
+               {.unit = "1", .min = 0.0, .max = 1.0, .help = "bulk viscosity c1"});
+  section.real("viscosity_quadratic", setup.assembly.viscosity.quadratic,
+               {.unit = "1", .min = 0.0, .max = 10.0, .help = "bulk viscosity c0"});
 }
 
 void read_output(Section section, const CaseCommon& common, OutputKeys& output) {
   output.every = common.end_time / 10.0;
   output.history_every = common.end_time / 1000.0;
   output.fields = all_fields;
-  section.real("every_s", output.every, {.unit = "s", .min = 0.0, .above_min = true, .help = "between field outputs; default a tenth of the run"});
-  section.real("history_every_s", output.history_every, {.unit = "s", .min = 0.0, .above_min = true, .help = "between rows of the tables; default a thousandth"});
-  section.real("running_mean_s", output.running_mean, {.unit = "s", .min = 0.0, .above_min = true, .help = "width of the running mean of pressures"});
-  section.real("checkpoint_every_s", output.checkpoint_every, {.unit = "s", .min = 0.0, .help = "between checkpoints of a run alone; 0: none"});
+  section.real("every_s", output.every,
+               {.unit = "s",
+                .min = 0.0,
+                .above_min = true,
+                .help = "between field outputs; default a tenth of the run"});
+  section.real("history_every_s", output.history_every,
+               {.unit = "s",
+                .min = 0.0,
+                .above_min = true,
+                .help = "between rows of the tables; default a thousandth"});
+  section.real("running_mean_s", output.running_mean,
+               {.unit = "s",
+                .min = 0.0,
+                .above_min = true,
+                .help = "width of the running mean of pressures"});
+  section.real("checkpoint_every_s", output.checkpoint_every,
+               {.unit = "s", .min = 0.0, .help = "between checkpoints of a run alone; 0: none"});
   section.texts("fields", output.fields, {.help = "fields written"});
   for (const auto& field : output.fields)
     if (std::find(all_fields.begin(), all_fields.end(), field) == all_fields.end())
-      section.fault("fields", fmt::format("no field '{}', accepted {}", field, fmt::join(all_fields, ", ")));
+      section.fault("fields",
+                    fmt::format("no field '{}', accepted {}", field, fmt::join(all_fields, ", ")));
 }
 
 /// Resolves names against the mesh and notes what is missing.
 class Names {
  public:
   explicit Names(const SolidMesh& mesh) : mesh_(mesh) {}
-  [[nodiscard]] std::vector<std::int32_t> nodes(Section& section, std::string_view key, const std::string& name) const {
+  [[nodiscard]] std::vector<std::int32_t> nodes(Section& section, std::string_view key,
+                                                const std::string& name) const {
     const auto found = mesh_.node_sets.find(name);
     if (found != mesh_.node_sets.end()) return found->second;
-    if (mesh_.n_cells() > 0 && !name.empty()) note(section, key, "node set", name, names_of(mesh_.node_sets));
+    if (mesh_.n_cells() > 0 && !name.empty())
+      note(section, key, "node set", name, names_of(mesh_.node_sets));
     return {};
   }
-  [[nodiscard]] std::vector<Facet> facets(Section& section, std::string_view key, const std::string& name) const {
+  [[nodiscard]] std::vector<Facet> facets(Section& section, std::string_view key,
+                                          const std::string& name) const {
     const auto found = mesh_.face_sets.find(name);
     if (found != mesh_.face_sets.end()) return found->second;
-    if (mesh_.n_cells() > 0 && !name.empty()) note(section, key, "face set", name, names_of(mesh_.face_sets));
+    if (mesh_.n_cells() > 0 && !name.empty())
+      note(section, key, "face set", name, names_of(mesh_.face_sets));
     return {};
   }
   [[nodiscard]] const SolidMesh& mesh() const { return mesh_; }
@@ -75,10 +111,11 @@ class Names {
     for (const auto& [name, unused] : map) names.push_back(name);
     return names;
   }
-  static void note(Section& section, std::string_view key, const char* kind, const std::string& name,
-                   const std::vector<std::string>& there) {
-    section.fault(key, fmt::format("the mesh has no {} '{}'; it has {}", kind, name,
-                                   there.empty() ? "none" : fmt::format("{}", fmt::join(there, ", "))));
+  static void note(Section& section, std::string_view key, const char* kind,
+                   const std::string& name, const std::vector<std::string>& there) {
+    section.fault(key,
+                  fmt::format("the mesh has no {} '{}'; it has {}", kind, name,
+                              there.empty() ? "none" : fmt::format("{}", fmt::join(there, ", "))));
   }
   const SolidMesh& mesh_;
 };
@@ -89,22 +126,27 @@ std::string read_name(Section& section, const char* key, bool required, const ch
   return name;
 }
 
-Schedule read_schedule(Section& section, const char* values_key, const char* unit, const char* help) {
+Schedule read_schedule(Section& section, const char* values_key, const char* unit,
+                       const char* help) {
   Schedule schedule;
-  section.reals("times_s", schedule.times, {.unit = "s", .required = true, .help = "times of the schedule, ascending"});
+  section.reals("times_s", schedule.times,
+                {.unit = "s", .required = true, .help = "times of the schedule, ascending"});
   section.reals(values_key, schedule.values, {.unit = unit, .required = true, .help = help});
   if (section.listing()) return schedule;
   if (schedule.times.size() != schedule.values.size())
-    section.fault("times_s", fmt::format("{} times for {} values", schedule.times.size(), schedule.values.size()));
-  if (!std::is_sorted(schedule.times.begin(), schedule.times.end())) section.fault("times_s", "not ascending");
+    section.fault("times_s", fmt::format("{} times for {} values", schedule.times.size(),
+                                         schedule.values.size()));
+  if (!std::is_sorted(schedule.times.begin(), schedule.times.end()))
+    section.fault("times_s", "not ascending");
   if (schedule.times.size() != schedule.values.size()) schedule = {};
   return schedule;
 }
 
 void read_fixed(Section& solid, const Names& names, SolidSetup& setup) {
   solid.tables("fixed", "nodes held in place", [&](Section& entry, std::size_t) {
-    FixedNodes fixed{.nodes = names.nodes(entry, "nodes", read_name(entry, "nodes", true, "node set")),
-                     .directions = {false, false, false}};
+    FixedNodes fixed{
+        .nodes = names.nodes(entry, "nodes", read_name(entry, "nodes", true, "node set")),
+        .directions = {false, false, false}};
     std::vector<std::string> directions{"x", "y", "z"};
     entry.texts("directions", directions, {.help = "directions held, of x, y, z"});
     for (const auto& d : directions) {
@@ -120,23 +162,30 @@ void read_fixed(Section& solid, const Names& names, SolidSetup& setup) {
 
 void read_prescribed(Section& solid, const Names& names, SolidSetup& setup) {
   solid.tables("prescribed", "nodes moved by a schedule", [&](Section& entry, std::size_t) {
-    PrescribedNodes p{.nodes = names.nodes(entry, "nodes", read_name(entry, "nodes", true, "node set"))};
-    entry.choice("direction", p.direction, std::span<const std::pair<std::string_view, std::size_t>>(axis_words),
+    PrescribedNodes p{.nodes =
+                          names.nodes(entry, "nodes", read_name(entry, "nodes", true, "node set"))};
+    entry.choice("direction", p.direction,
+                 std::span<const std::pair<std::string_view, std::size_t>>(axis_words),
                  {.required = true, .help = "x, y or z"});
     const bool velocity = entry.has("velocities_m_s") && !entry.listing();
     if (velocity && entry.has("displacements_m"))
       entry.fault("velocities_m_s", "given together with displacements_m; give one of them");
-    p.quantity = velocity ? PrescribedNodes::Quantity::velocity : PrescribedNodes::Quantity::displacement;
-    p.schedule = velocity ? read_schedule(entry, "velocities_m_s", "m/s", "velocities at the times")
-                          : read_schedule(entry, "displacements_m", "m", "displacements at the times");
-    if (entry.listing()) static_cast<void>(read_schedule(entry, "velocities_m_s", "m/s", "instead: velocities at the times"));
+    p.quantity =
+        velocity ? PrescribedNodes::Quantity::velocity : PrescribedNodes::Quantity::displacement;
+    p.schedule = velocity
+                     ? read_schedule(entry, "velocities_m_s", "m/s", "velocities at the times")
+                     : read_schedule(entry, "displacements_m", "m", "displacements at the times");
+    if (entry.listing())
+      static_cast<void>(
+          read_schedule(entry, "velocities_m_s", "m/s", "instead: velocities at the times"));
     setup.prescribed.push_back(std::move(p));
   });
 }
 
 void read_springs(Section& solid, const Names& names, SolidSetup& setup) {
   solid.tables("spring", "springs and dashpots to ground", [&](Section& entry, std::size_t) {
-    const std::string faces = read_name(entry, "faces", false, "face set: stiffness per reference area");
+    const std::string faces =
+        read_name(entry, "faces", false, "face set: stiffness per reference area");
     const std::string nodes = read_name(entry, "nodes", false, "node set: stiffness per node");
     double per_area[2] = {0.0, 0.0};
     double per_node[2] = {0.0, 0.0};
@@ -150,7 +199,8 @@ void read_springs(Section& solid, const Names& names, SolidSetup& setup) {
       return;
     }
     if (!faces.empty() && (entry.has("stiffness_N_m") || entry.has("damping_N_s_m")))
-      entry.fault("stiffness_N_m", "is per node; with faces give stiffness_Pa_m and damping_Pa_s_m");
+      entry.fault("stiffness_N_m",
+                  "is per node; with faces give stiffness_Pa_m and damping_Pa_s_m");
     if (!nodes.empty() && (entry.has("stiffness_Pa_m") || entry.has("damping_Pa_s_m")))
       entry.fault("stiffness_Pa_m", "is per area; with nodes give stiffness_N_m and damping_N_s_m");
     SpringSet set;
@@ -171,11 +221,14 @@ void read_springs(Section& solid, const Names& names, SolidSetup& setup) {
 }
 
 void read_pressures(Section& solid, const Names& names, SolidSetup& setup) {
-  solid.tables("pressure", "uniform pressure that follows a surface", [&](Section& entry, std::size_t) {
-    PressureLoad load{.facets = names.facets(entry, "faces", read_name(entry, "faces", true, "face set"))};
-    load.pressure = read_schedule(entry, "overpressures_Pa", "Pa", "pressure less ambient at the times");
-    setup.pressures.push_back(std::move(load));
-  });
+  solid.tables(
+      "pressure", "uniform pressure that follows a surface", [&](Section& entry, std::size_t) {
+        PressureLoad load{
+            .facets = names.facets(entry, "faces", read_name(entry, "faces", true, "face set"))};
+        load.pressure =
+            read_schedule(entry, "overpressures_Pa", "Pa", "pressure less ambient at the times");
+        setup.pressures.push_back(std::move(load));
+      });
 }
 
 void read_initial(Section& solid, const Names& names, SolidCase& result) {
@@ -185,62 +238,80 @@ void read_initial(Section& solid, const Names& names, SolidCase& result) {
     entry.real3("velocity_m_s", v.velocity, {.unit = "m/s", .required = true, .help = "velocity"});
     v.nodes = names.nodes(entry, "nodes", set);
     if (set.empty())
-      for (std::size_t n = 0; n < names.mesh().n_nodes(); ++n) v.nodes.push_back(static_cast<std::int32_t>(n));
+      for (std::size_t n = 0; n < names.mesh().n_nodes(); ++n)
+        v.nodes.push_back(static_cast<std::int32_t>(n));
     result.initial_velocities.push_back(std::move(v));
   });
 }
 
 void read_groups(Section& solid, const SolidMesh& mesh) {
   enum class Element { hex8_q1p0, tet4_anp };
-  constexpr std::pair<std::string_view, Element> words[] = {{"hex8_q1p0", Element::hex8_q1p0}, {"tet4_anp", Element::tet4_anp}};
-  solid.tables("group", "element type of tissues; default hex8_q1p0 for hexes, tet4_anp for tets", [&](Section& entry, std::size_t) {
-    std::vector<std::string> tissues;
-    Element element = Element::hex8_q1p0;
-    entry.texts("tissues", tissues, {.required = true, .help = "tissues of the mesh"});
-    entry.choice("element", element, std::span<const std::pair<std::string_view, Element>>(words), {.required = true, .help = "element type"});
-    for (const auto& name : tissues) {
-      const auto found = std::find(mesh.tissues.begin(), mesh.tissues.end(), name);
-      const auto id = static_cast<std::int32_t>(found - mesh.tissues.begin());
-      if (mesh.tissues.empty()) continue;
-      if (found == mesh.tissues.end()) {
-        entry.fault("tissues", fmt::format("the mesh has no tissue '{}'; it has {}", name, fmt::join(mesh.tissues, ", ")));
-        continue;
-      }
-      const auto& other = element == Element::hex8_q1p0 ? mesh.tet_tissue : mesh.hex_tissue;
-      if (std::find(other.begin(), other.end(), id) != other.end())
-        entry.fault("element", fmt::format("tissue '{}' has {}; this element does not apply to them", name,
-                                           element == Element::hex8_q1p0 ? "tets: tet4_anp" : "hexes: hex8_q1p0"));
-    }
-  });
+  constexpr std::pair<std::string_view, Element> words[] = {{"hex8_q1p0", Element::hex8_q1p0},
+                                                            {"tet4_anp", Element::tet4_anp}};
+  solid.tables(
+      "group", "element type of tissues; default hex8_q1p0 for hexes, tet4_anp for tets",
+      [&](Section& entry, std::size_t) {
+        std::vector<std::string> tissues;
+        Element element = Element::hex8_q1p0;
+        entry.texts("tissues", tissues, {.required = true, .help = "tissues of the mesh"});
+        entry.choice("element", element,
+                     std::span<const std::pair<std::string_view, Element>>(words),
+                     {.required = true, .help = "element type"});
+        for (const auto& name : tissues) {
+          const auto found = std::find(mesh.tissues.begin(), mesh.tissues.end(), name);
+          const auto id = static_cast<std::int32_t>(found - mesh.tissues.begin());
+          if (mesh.tissues.empty()) continue;
+          if (found == mesh.tissues.end()) {
+            entry.fault("tissues", fmt::format("the mesh has no tissue '{}'; it has {}", name,
+                                               fmt::join(mesh.tissues, ", ")));
+            continue;
+          }
+          const auto& other = element == Element::hex8_q1p0 ? mesh.tet_tissue : mesh.hex_tissue;
+          if (std::find(other.begin(), other.end(), id) != other.end())
+            entry.fault(
+                "element",
+                fmt::format("tissue '{}' has {}; this element does not apply to them", name,
+                            element == Element::hex8_q1p0 ? "tets: tet4_anp" : "hexes: hex8_q1p0"));
+        }
+      });
 }
 
 void read_histories(Section& solid, const Names& names, SolidCase& result) {
-  solid.tables("history", "tables of a tissue, of the cell nearest to a place, of a node set", [&](Section& entry, std::size_t) {
-    HistoryKeys h;
-    entry.text("name", h.name, {.required = true, .help = "name in tables and summary"});
-    entry.text("tissue", h.tissue, {.help = "least, mean and largest over a tissue"});
-    entry.reals("position_m", h.position, {.unit = "m", .help = "place in the reference state"});
-    entry.text("nodes", h.nodes, {.help = "mean motion of a node set"});
-    if (!entry.listing()) {
-      if (h.tissue.empty() + h.position.empty() + h.nodes.empty() != 2) entry.fault("", "give one of tissue, position_m, nodes");
-      if (!h.position.empty() && h.position.size() != 3) entry.fault("position_m", "needs three numbers");
-      const auto& tissues = names.mesh().tissues;
-      if (!h.tissue.empty() && !tissues.empty() && std::find(tissues.begin(), tissues.end(), h.tissue) == tissues.end())
-        entry.fault("tissue", fmt::format("the mesh has no tissue '{}'; it has {}", h.tissue, fmt::join(tissues, ", ")));
-      static_cast<void>(names.nodes(entry, "nodes", h.nodes));
-    }
-    result.histories.push_back(std::move(h));
-  });
+  solid.tables("history", "tables of a tissue, of the cell nearest to a place, of a node set",
+               [&](Section& entry, std::size_t) {
+                 HistoryKeys h;
+                 entry.text("name", h.name,
+                            {.required = true, .help = "name in tables and summary"});
+                 entry.text("tissue", h.tissue, {.help = "least, mean and largest over a tissue"});
+                 entry.reals("position_m", h.position,
+                             {.unit = "m", .help = "place in the reference state"});
+                 entry.text("nodes", h.nodes, {.help = "mean motion of a node set"});
+                 if (!entry.listing()) {
+                   if (h.tissue.empty() + h.position.empty() + h.nodes.empty() != 2)
+                     entry.fault("", "give one of tissue, position_m, nodes");
+                   if (!h.position.empty() && h.position.size() != 3)
+                     entry.fault("position_m", "needs three numbers");
+                   const auto& tissues = names.mesh().tissues;
+                   if (!h.tissue.empty() && !tissues.empty() &&
+                       std::find(tissues.begin(), tissues.end(), h.tissue) == tissues.end())
+                     entry.fault("tissue", fmt::format("the mesh has no tissue '{}'; it has {}",
+                                                       h.tissue, fmt::join(tissues, ", ")));
+                   static_cast<void>(names.nodes(entry, "nodes", h.nodes));
+                 }
+                 result.histories.push_back(std::move(h));
+               });
 }
 
 void read_interface(Section& solid, const Names& names, SolidCase& result) {
   auto section = solid.table("interface", "the surface coupled to the flow");
   result.interface = result.coupled ? "wet" : "";
-  section.text("faces", result.interface, {.help = "face set, closed; default wet in a coupled case"});
+  section.text("faces", result.interface,
+               {.help = "face set, closed; default wet in a coupled case"});
   if (section.listing() || result.interface.empty() || names.mesh().n_cells() == 0) return;
   result.setup.interface = names.facets(section, "faces", result.interface);
   if (result.setup.interface.empty()) return;
-  for (const auto& fault : check_closed_surface(names.mesh(), result.interface)) section.fault("faces", fault);
+  for (const auto& fault : check_closed_surface(names.mesh(), result.interface))
+    section.fault("faces", fault);
 }
 
 /// Two prescriptions of one node and direction contradict each other.
@@ -263,7 +334,8 @@ void check_supports(Section& solid, const SolidSetup& setup) {
           c = std::max(c, 100);  // held twice is held
         }
   if (conflicts > 0)
-    solid.fault("prescribed", fmt::format("{} nodes are moved by two entries: {}", conflicts, places));
+    solid.fault("prescribed",
+                fmt::format("{} nodes are moved by two entries: {}", conflicts, places));
 }
 
 std::shared_ptr<const SolidMesh> read_checked_mesh(Section& solid) {
@@ -274,7 +346,8 @@ std::shared_ptr<const SolidMesh> read_checked_mesh(Section& solid) {
   try {
     *mesh = read_mesh(file);
     const auto faults = check_mesh(*mesh);
-    for (const auto& fault : faults) solid.fault("mesh", fmt::format("{}: {}", file.string(), fault));
+    for (const auto& fault : faults)
+      solid.fault("mesh", fmt::format("{}: {}", file.string(), fault));
     if (!faults.empty()) *mesh = {};
   } catch (const CaseError& error) {
     solid.fault("mesh", error.what());

@@ -1,8 +1,8 @@
 #include "solid_solver/io/case_materials.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "solid_solver/materials/law_factory.hpp"
 
@@ -38,30 +38,39 @@ void read_constants(Section& entry, const std::vector<MaterialLaw>& laws, Materi
       // Only what was given is kept, so that the effective case can be read again.
       if (by_speed && (entry.listing() || given_by_speed))
         entry.real("sound_speed_m_s", sound_speed,
-                   {.unit = "m/s", .min = 0.0, .above_min = true,
+                   {.unit = "m/s",
+                    .min = 0.0,
+                    .above_min = true,
                     .help = "instead of bulk_modulus_Pa: K = rho c^2 - 4 G / 3"});
       if (given_by_speed && entry.has(constant.key))
         entry.fault("sound_speed_m_s", "given together with bulk_modulus_Pa; give one of them");
       if (!given_by_speed || entry.has(constant.key))
         entry.real(constant.key, material.constants[k],
-                   {.unit = constant.unit, .min = 0.0, .above_min = true, .required = true,
+                   {.unit = constant.unit,
+                    .min = 0.0,
+                    .above_min = true,
+                    .required = true,
                     .help = constant.help,
                     .advice = "for a liquid take a shear modulus of 1 to 10 Pa"});
       if (given_by_speed && !entry.has(constant.key))
-        material.constants[k] = material.density * sound_speed * sound_speed - 4.0 / 3.0 * material.constants[0];
+        material.constants[k] =
+            material.density * sound_speed * sound_speed - 4.0 / 3.0 * material.constants[0];
     }
   }
 }
 
 void check_units(Section& entry, const Material& material) {
-  if (material.density > 0.0 && (material.density < smallest_density || material.density > largest_density))
-    entry.fault("density_kg_m3", fmt::format("{} kg/m^3 is no density of a tissue, accepted [{}, {}]; tissues have "
-                                             "about 1000 (is it in g/cm^3?)", material.density, smallest_density,
-                                             largest_density));
+  if (material.density > 0.0 &&
+      (material.density < smallest_density || material.density > largest_density))
+    entry.fault("density_kg_m3",
+                fmt::format("{} kg/m^3 is no density of a tissue, accepted [{}, {}]; tissues have "
+                            "about 1000 (is it in g/cm^3?)",
+                            material.density, smallest_density, largest_density));
   if (material.moduli.shear > 0.0 && material.moduli.bulk < material.moduli.shear)
-    entry.fault("bulk_modulus_Pa", fmt::format("bulk modulus {:.6g} Pa is below the shear modulus {:.6g} Pa; tissues "
-                                               "have a bulk modulus of about 2.5e9 Pa (is the sound speed in m/s?)",
-                                               material.moduli.bulk, material.moduli.shear));
+    entry.fault("bulk_modulus_Pa",
+                fmt::format("bulk modulus {:.6g} Pa is below the shear modulus {:.6g} Pa; tissues "
+                            "have a bulk modulus of about 2.5e9 Pa (is the sound speed in m/s?)",
+                            material.moduli.bulk, material.moduli.shear));
 }
 
 }  // namespace
@@ -74,8 +83,9 @@ MaterialKeys read_materials(Section& solid) {
     std::vector<std::string> tissues;
     entry.text("name", material.name, {.required = true, .help = "name of the material"});
     entry.texts("tissues", tissues, {.required = true, .help = "tissues of the mesh it is for"});
-    entry.real("density_kg_m3", material.density,
-               {.unit = "kg/m^3", .min = 0.0, .above_min = true, .required = true, .help = "density"});
+    entry.real(
+        "density_kg_m3", material.density,
+        {.unit = "kg/m^3", .min = 0.0, .above_min = true, .required = true, .help = "density"});
     material.law = read_law(entry, laws);
     read_constants(entry, laws, material);
     if (!entry.listing()) {
@@ -95,19 +105,24 @@ std::vector<std::int32_t> assign_materials(Section& solid, const MaterialKeys& k
     for (const auto& name : keys.tissues[m]) {
       const auto found = std::find(tissues.begin(), tissues.end(), name);
       if (found == tissues.end()) {
-        solid.fault("material", fmt::format("material {}: the mesh has no tissue '{}'; it has {}", keys.materials[m].name,
-                                            name, fmt::join(tissues, ", ")));
+        solid.fault("material",
+                    fmt::format("material {}: the mesh has no tissue '{}'; it has {}",
+                                keys.materials[m].name, name, fmt::join(tissues, ", ")));
         continue;
       }
       auto& slot = assigned[static_cast<std::size_t>(found - tissues.begin())];
       if (slot >= 0)
         solid.fault("material", fmt::format("tissue '{}' has two materials, {} and {}", name,
-                                            keys.materials[static_cast<std::size_t>(slot)].name, keys.materials[m].name));
+                                            keys.materials[static_cast<std::size_t>(slot)].name,
+                                            keys.materials[m].name));
       slot = static_cast<std::int32_t>(m);
     }
   for (std::size_t t = 0; t < tissues.size(); ++t)
     if (assigned[t] < 0)
-      solid.fault("material", fmt::format("tissue '{}' of the mesh has no material; add it to a [[solid.material]]", tissues[t]));
+      solid.fault(
+          "material",
+          fmt::format("tissue '{}' of the mesh has no material; add it to a [[solid.material]]",
+                      tissues[t]));
   return assigned;
 }
 

@@ -14,8 +14,8 @@ struct MaterialKeys {
   std::vector<std::vector<std::string>> tissues;  ///< per material
 };
 
-/// Reads [[solid.material]]: name, tissues, law, density and the law's own constants. A bulk modulus
-/// may be given by the sound speed c instead: K = rho c^2 - 4 G / 3.
+/// Reads [[solid.material]]: name, tissues, law, density and the law's own constants. A bulk
+/// modulus may be given by the sound speed c instead: K = rho c^2 - 4 G / 3.
 [[nodiscard]] MaterialKeys read_materials(Section& solid);
 
 /// Material per tissue of the mesh (-1 where none, noted as a fault).

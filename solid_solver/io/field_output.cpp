@@ -1,8 +1,8 @@
 #include "solid_solver/io/field_output.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "coupler/base/hdf5_file.hpp"
 #include "solid_solver/elements/cell_stress.hpp"
@@ -15,22 +15,29 @@ struct CellField {
   const char* units;
   std::size_t width;
 };
-constexpr CellField cell_fields[] = {{"pressure", "Pa", 1}, {"von_mises", "Pa", 1}, {"stress", "Pa", 6},
-                                     {"principal_stress", "Pa", 1}, {"principal_strain", "1", 1}};
+constexpr CellField cell_fields[] = {{"pressure", "Pa", 1},
+                                     {"von_mises", "Pa", 1},
+                                     {"stress", "Pa", 6},
+                                     {"principal_stress", "Pa", 1},
+                                     {"principal_strain", "1", 1}};
 struct NodeField {
   const char* name;
   const char* units;
 };
 constexpr NodeField node_fields[] = {{"displacement", "m"}, {"velocity", "m/s"}};
 
-std::string step_name(std::size_t step) { return fmt::format("solid/{:04}.h5", step); }
+std::string step_name(std::size_t step) {
+  return fmt::format("solid/{:04}.h5", step);
+}
 
 /// Values of one cell field for cells [begin, end), in single precision (files for the eye).
-std::vector<float> gather(const CellField& field, const CellResults& cells, std::size_t begin, std::size_t end) {
+std::vector<float> gather(const CellField& field, const CellResults& cells, std::size_t begin,
+                          std::size_t end) {
   std::vector<float> values;
   values.reserve((end - begin) * field.width);
   const std::string_view name = field.name;
-  constexpr std::size_t xdmf_order[] = {stress_xx, stress_xy, stress_zx, stress_yy, stress_yz, stress_zz};
+  constexpr std::size_t xdmf_order[] = {stress_xx, stress_xy, stress_zx,
+                                        stress_yy, stress_yz, stress_zz};
   for (std::size_t c = begin; c < end; ++c) {
     const double* cell = &cells[c * n_evaluated];
     if (name == "stress") {
@@ -38,15 +45,19 @@ std::vector<float> gather(const CellField& field, const CellResults& cells, std:
       continue;
     }
     const auto s = cell_scalars(cell);
-    values.push_back(static_cast<float>(name == "pressure" ? s.pressure : name == "von_mises" ? s.von_mises
-                                        : name == "principal_stress" ? s.principal_stress : s.principal_strain));
+    values.push_back(static_cast<float>(name == "pressure"           ? s.pressure
+                                        : name == "von_mises"        ? s.von_mises
+                                        : name == "principal_stress" ? s.principal_stress
+                                                                     : s.principal_strain));
   }
   return values;
 }
 
-std::string data_item(const std::string& place, const std::string& dimensions, const char* number, int precision) {
-  return fmt::format("<DataItem Format=\"HDF\" Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\">{}</DataItem>",
-                     dimensions, number, precision, place);
+std::string data_item(const std::string& place, const std::string& dimensions, const char* number,
+                      int precision) {
+  return fmt::format(
+      "<DataItem Format=\"HDF\" Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\">{}</DataItem>",
+      dimensions, number, precision, place);
 }
 
 }  // namespace
@@ -68,19 +79,24 @@ void FieldOutput::write_mesh_file(const SolidMesh& mesh) {
   file.close();
 }
 
-void FieldOutput::write_step(const std::filesystem::path& path, const SolidRun& run, const CellResults& cells) const {
+void FieldOutput::write_step(const std::filesystem::path& path, const SolidRun& run,
+                             const CellResults& cells) const {
   const auto& mesh = run.mesh();
   const std::size_t n = mesh.n_nodes();
   auto file = Hdf5File::create(path);
   std::vector<float> values(3 * n);
-  const auto wanted = [&](const char* name) { return std::find(fields_.begin(), fields_.end(), name) != fields_.end(); };
+  const auto wanted = [&](const char* name) {
+    return std::find(fields_.begin(), fields_.end(), name) != fields_.end();
+  };
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t i = 0; i < 3; ++i)
-      values[3 * a + i] = static_cast<float>(mesh.nodes[3 * a + i] + run.state().displacement[4 * a + i]);
+      values[3 * a + i] =
+          static_cast<float>(mesh.nodes[3 * a + i] + run.state().displacement[4 * a + i]);
   file.write("position", values, {n, 3}, "m");
   for (const auto& field : node_fields) {
     if (!wanted(field.name)) continue;
-    const auto& from = std::string_view(field.name) == "velocity" ? run.state().velocity : run.state().displacement;
+    const auto& from = std::string_view(field.name) == "velocity" ? run.state().velocity
+                                                                  : run.state().displacement;
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t i = 0; i < 3; ++i) values[3 * a + i] = static_cast<float>(from[4 * a + i]);
     file.write(field.name, values, {n, 3}, field.units);
@@ -89,9 +105,11 @@ void FieldOutput::write_step(const std::filesystem::path& path, const SolidRun& 
     if (!wanted(field.name)) continue;
     const auto write = [&](const char* group, std::size_t begin, std::size_t end) {
       if (begin == end) return;
-      const std::vector<std::size_t> shape = field.width == 1 ? std::vector<std::size_t>{end - begin}
-                                                              : std::vector<std::size_t>{end - begin, field.width};
-      file.write(fmt::format("{}/{}", group, field.name), gather(field, cells, begin, end), shape, field.units);
+      const std::vector<std::size_t> shape =
+          field.width == 1 ? std::vector<std::size_t>{end - begin}
+                           : std::vector<std::size_t>{end - begin, field.width};
+      file.write(fmt::format("{}/{}", group, field.name), gather(field, cells, begin, end), shape,
+                 field.units);
     };
     write("hex8", 0, mesh.n_hex());
     write("tet4", mesh.n_hex(), mesh.n_cells());
@@ -111,32 +129,50 @@ std::string FieldOutput::grid(const SolidMesh& mesh, std::size_t step, bool hex)
   const std::size_t n = hex ? mesh.n_hex() : mesh.n_tet();
   const std::string file = step_name(step) + ":/";
   const std::string node_shape = fmt::format("{} 3", mesh.n_nodes());
-  std::string text = fmt::format("<Grid Name=\"{}\" GridType=\"Uniform\">\n<Time Value=\"{:.12g}\"/>\n", group, times_[step]);
-  text += fmt::format("<Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n", hex ? "Hexahedron" : "Tetrahedron", n,
-                      data_item(fmt::format("solid/mesh.h5:/{}/cells", group), fmt::format("{} {}", n, hex ? 8 : 4), "Int", 4));
-  text += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n", data_item(file + "position", node_shape, "Float", 4));
-  const auto attribute = [&](const char* name, const char* type, const char* centre, const std::string& item) {
-    text += fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">{}</Attribute>\n", name, type, centre, item);
+  std::string text = fmt::format(
+      "<Grid Name=\"{}\" GridType=\"Uniform\">\n<Time Value=\"{:.12g}\"/>\n", group, times_[step]);
+  text += fmt::format("<Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n",
+                      hex ? "Hexahedron" : "Tetrahedron", n,
+                      data_item(fmt::format("solid/mesh.h5:/{}/cells", group),
+                                fmt::format("{} {}", n, hex ? 8 : 4), "Int", 4));
+  text += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
+                      data_item(file + "position", node_shape, "Float", 4));
+  const auto attribute = [&](const char* name, const char* type, const char* centre,
+                             const std::string& item) {
+    text +=
+        fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">{}</Attribute>\n",
+                    name, type, centre, item);
   };
-  attribute("tissue", "Scalar", "Cell", data_item(fmt::format("solid/mesh.h5:/{}/tissue", group), fmt::format("{}", n), "Int", 4));
-  const auto wanted = [&](const char* name) { return std::find(fields_.begin(), fields_.end(), name) != fields_.end(); };
+  attribute(
+      "tissue", "Scalar", "Cell",
+      data_item(fmt::format("solid/mesh.h5:/{}/tissue", group), fmt::format("{}", n), "Int", 4));
+  const auto wanted = [&](const char* name) {
+    return std::find(fields_.begin(), fields_.end(), name) != fields_.end();
+  };
   for (const auto& field : node_fields)
-    if (wanted(field.name)) attribute(field.name, "Vector", "Node", data_item(file + field.name, node_shape, "Float", 4));
+    if (wanted(field.name))
+      attribute(field.name, "Vector", "Node", data_item(file + field.name, node_shape, "Float", 4));
   for (const auto& field : cell_fields)
     if (wanted(field.name))
-      attribute(field.name, field.width == 1 ? "Scalar" : "Tensor6", "Cell",
-                data_item(fmt::format("{}{}/{}", file, group, field.name),
-                          field.width == 1 ? fmt::format("{}", n) : fmt::format("{} {}", n, field.width), "Float", 4));
+      attribute(
+          field.name, field.width == 1 ? "Scalar" : "Tensor6", "Cell",
+          data_item(fmt::format("{}{}/{}", file, group, field.name),
+                    field.width == 1 ? fmt::format("{}", n) : fmt::format("{} {}", n, field.width),
+                    "Float", 4));
   return text + "</Grid>\n";
 }
 
 std::string FieldOutput::document(const SolidMesh& mesh) const {
-  std::string text = "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n"
-                     "<Grid Name=\"solid\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n"
+      "<Grid Name=\"solid\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
   const bool both = mesh.n_hex() > 0 && mesh.n_tet() > 0;
   for (std::size_t step = 0; step < times_.size(); ++step) {
     if (both)
-      text += fmt::format("<Grid Name=\"solid\" GridType=\"Collection\" CollectionType=\"Spatial\">\n<Time Value=\"{:.12g}\"/>\n", times_[step]);
+      text += fmt::format(
+          "<Grid Name=\"solid\" GridType=\"Collection\" CollectionType=\"Spatial\">\n<Time "
+          "Value=\"{:.12g}\"/>\n",
+          times_[step]);
     if (mesh.n_hex() > 0) text += grid(mesh, step, true);
     if (mesh.n_tet() > 0) text += grid(mesh, step, false);
     if (both) text += "</Grid>\n";

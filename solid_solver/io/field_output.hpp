@@ -8,9 +8,9 @@
 
 namespace ocublast::solid {
 
-/// Writes OUT/solid.xmf and OUT/solid/NNNN.h5: a temporal collection on the deforming mesh. Each HDF5
-/// file is closed before the XDMF names it, and the XDMF is replaced at once, so a viewer or a crash
-/// never meets half a step. Topology and tissue ids stand once in solid/mesh.h5.
+/// Writes OUT/solid.xmf and OUT/solid/NNNN.h5: a temporal collection on the deforming mesh. Each
+/// HDF5 file is closed before the XDMF names it, and the XDMF is replaced at once, so a viewer or a
+/// crash never meets half a step. Topology and tissue ids stand once in solid/mesh.h5.
 class FieldOutput {
  public:
   FieldOutput(std::filesystem::path out, std::vector<std::string> fields);
@@ -23,7 +23,8 @@ class FieldOutput {
 
  private:
   void write_mesh_file(const SolidMesh& mesh);
-  void write_step(const std::filesystem::path& file, const SolidRun& run, const CellResults& cells) const;
+  void write_step(const std::filesystem::path& file, const SolidRun& run,
+                  const CellResults& cells) const;
   [[nodiscard]] std::string grid(const SolidMesh& mesh, std::size_t step, bool hex) const;
   [[nodiscard]] std::string document(const SolidMesh& mesh) const;
 

@@ -1,34 +1,75 @@
 #include "solid_solver/io/history.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "solid_solver/elements/cell_stress.hpp"
 
 namespace ocublast::solid {
 namespace {
 
-enum Global { time_column, kinetic, internal, viscous, spring, damping, external, initial, error,
-              momentum_x, momentum_y, momentum_z, angular_x, angular_y, angular_z,
-              mean_x, mean_y, mean_z, largest_displacement, largest_speed, stable_step, n_globals };
+enum Global {
+  time_column,
+  kinetic,
+  internal,
+  viscous,
+  spring,
+  damping,
+  external,
+  initial,
+  error,
+  momentum_x,
+  momentum_y,
+  momentum_z,
+  angular_x,
+  angular_y,
+  angular_z,
+  mean_x,
+  mean_y,
+  mean_z,
+  largest_displacement,
+  largest_speed,
+  stable_step,
+  n_globals
+};
 
-const std::vector<std::string> global_columns{
-    "time_s", "kinetic_J", "internal_J", "viscous_J", "spring_J", "damping_J", "external_work_J", "initial_J",
-    "energy_error_1", "momentum_x_N_s", "momentum_y_N_s", "momentum_z_N_s", "angular_momentum_x_N_m_s",
-    "angular_momentum_y_N_m_s", "angular_momentum_z_N_m_s", "displacement_mean_x_m", "displacement_mean_y_m",
-    "displacement_mean_z_m", "displacement_largest_m", "speed_largest_m_s", "stable_step_s"};
+const std::vector<std::string> global_columns{"time_s",
+                                              "kinetic_J",
+                                              "internal_J",
+                                              "viscous_J",
+                                              "spring_J",
+                                              "damping_J",
+                                              "external_work_J",
+                                              "initial_J",
+                                              "energy_error_1",
+                                              "momentum_x_N_s",
+                                              "momentum_y_N_s",
+                                              "momentum_z_N_s",
+                                              "angular_momentum_x_N_m_s",
+                                              "angular_momentum_y_N_m_s",
+                                              "angular_momentum_z_N_m_s",
+                                              "displacement_mean_x_m",
+                                              "displacement_mean_y_m",
+                                              "displacement_mean_z_m",
+                                              "displacement_largest_m",
+                                              "speed_largest_m_s",
+                                              "stable_step_s"};
 
 const std::vector<std::string> tissue_columns{
-    "pressure_min_Pa", "pressure_mean_Pa", "pressure_max_Pa", "von_mises_mean_Pa", "von_mises_max_Pa",
-    "principal_stress_max_Pa", "principal_strain_max_1"};
-const std::vector<std::string> place_columns{"pressure_Pa", "von_mises_Pa", "principal_stress_Pa", "principal_strain_1"};
-const std::vector<std::string> node_columns{"displacement_x_m", "displacement_y_m", "displacement_z_m",
-                                            "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s", "displacement_m"};
+    "pressure_min_Pa",  "pressure_mean_Pa",        "pressure_max_Pa",       "von_mises_mean_Pa",
+    "von_mises_max_Pa", "principal_stress_max_Pa", "principal_strain_max_1"};
+const std::vector<std::string> place_columns{"pressure_Pa", "von_mises_Pa", "principal_stress_Pa",
+                                             "principal_strain_1"};
+const std::vector<std::string> node_columns{
+    "displacement_x_m", "displacement_y_m", "displacement_z_m", "velocity_x_m_s",
+    "velocity_y_m_s",   "velocity_z_m_s",   "displacement_m"};
 
 const std::vector<std::string>& columns_of(const HistoryKeys& keys) {
-  return !keys.tissue.empty() ? tissue_columns : !keys.position.empty() ? place_columns : node_columns;
+  return !keys.tissue.empty()     ? tissue_columns
+         : !keys.position.empty() ? place_columns
+                                  : node_columns;
 }
 
 std::size_t nearest_cell(const SolidMesh& mesh, const std::vector<double>& x) {
@@ -53,7 +94,8 @@ std::vector<History::Item> History::make_items(const SolidRun& run, const SolidC
     Item item{.keys = keys};
     if (!keys.tissue.empty()) {
       for (std::size_t c = 0; c < mesh.n_cells(); ++c)
-        if (mesh.tissues[static_cast<std::size_t>(mesh.tissue_of(c))] == keys.tissue) item.cells.push_back(c);
+        if (mesh.tissues[static_cast<std::size_t>(mesh.tissue_of(c))] == keys.tissue)
+          item.cells.push_back(c);
     } else if (!keys.position.empty()) {
       item.cells = {nearest_cell(mesh, keys.position)};
     } else {
@@ -75,7 +117,9 @@ std::vector<std::string> History::probe_columns(std::vector<Item>& items) {
 }
 
 History::History(const SolidRun& run, const SolidCase& from)
-    : running_mean_(from.output.running_mean), items_(make_items(run, from)), globals_(global_columns),
+    : running_mean_(from.output.running_mean),
+      items_(make_items(run, from)),
+      globals_(global_columns),
       probes_(probe_columns(items_)) {}
 
 void History::sample(SolidRun& run, const CellResults& cells) {
@@ -92,8 +136,26 @@ void History::sample(SolidRun& run, const CellResults& cells) {
     displacement = std::max(displacement, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     speed = std::max(speed, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
-  globals_.add({state.time, e.kinetic, e.internal, e.viscous, e.spring, e.damping, e.external, e.initial, e.error, p[0],
-                p[1], p[2], p[3], p[4], p[5], mean[0], mean[1], mean[2], std::sqrt(displacement), std::sqrt(speed),
+  globals_.add({state.time,
+                e.kinetic,
+                e.internal,
+                e.viscous,
+                e.spring,
+                e.damping,
+                e.external,
+                e.initial,
+                e.error,
+                p[0],
+                p[1],
+                p[2],
+                p[3],
+                p[4],
+                p[5],
+                mean[0],
+                mean[1],
+                mean[2],
+                std::sqrt(displacement),
+                std::sqrt(speed),
                 run.stable_step()});
   std::vector<double> row{state.time};
   for (const auto& item : items_)
@@ -104,7 +166,8 @@ void History::sample(SolidRun& run, const CellResults& cells) {
   probes_.add(row);
 }
 
-void History::sample_cells(const Item& item, const CellResults& cells, std::vector<double>& row) const {
+void History::sample_cells(const Item& item, const CellResults& cells,
+                           std::vector<double>& row) const {
   CellScalars least{1e300, 1e300, 1e300, 1e300};
   CellScalars most{-1e300, -1e300, -1e300, -1e300};
   CellScalars sum;
@@ -121,10 +184,12 @@ void History::sample_cells(const Item& item, const CellResults& cells, std::vect
     volume += item.volumes[k];
   }
   if (item.keys.tissue.empty())
-    row.insert(row.end(), {most.pressure, most.von_mises, most.principal_stress, most.principal_strain});
+    row.insert(row.end(),
+               {most.pressure, most.von_mises, most.principal_stress, most.principal_strain});
   else
-    row.insert(row.end(), {least.pressure, sum.pressure / volume, most.pressure, sum.von_mises / volume, most.von_mises,
-                           most.principal_stress, most.principal_strain});
+    row.insert(row.end(),
+               {least.pressure, sum.pressure / volume, most.pressure, sum.von_mises / volume,
+                most.von_mises, most.principal_stress, most.principal_strain});
 }
 
 void History::sample_nodes(const Item& item, const SolidRun& run, std::vector<double>& row) const {
@@ -150,19 +215,22 @@ void History::add_quantities(const Item& item, std::vector<Quantity>& list) cons
   const auto mean_name = fmt::format("{:g}us", 1e6 * running_mean_);
   if (!item.keys.tissue.empty()) {
     list.push_back({name + "_pressure_mean_peak", probes_.largest(c + 1), "Pa"});
-    list.push_back({name + "_pressure_mean_peak_" + mean_name, probes_.largest_running_mean(c + 1, running_mean_), "Pa"});
+    list.push_back({name + "_pressure_mean_peak_" + mean_name,
+                    probes_.largest_running_mean(c + 1, running_mean_), "Pa"});
     list.push_back({name + "_pressure_max_peak", probes_.largest(c + 2), "Pa"});
     list.push_back({name + "_von_mises_peak", probes_.largest(c + 4), "Pa"});
     list.push_back({name + "_principal_stress_peak", probes_.largest(c + 5), "Pa"});
     list.push_back({name + "_principal_strain_peak", probes_.largest(c + 6), "1"});
   } else if (!item.keys.position.empty()) {
     list.push_back({name + "_pressure_peak", probes_.largest(c), "Pa"});
-    list.push_back({name + "_pressure_peak_" + mean_name, probes_.largest_running_mean(c, running_mean_), "Pa"});
+    list.push_back({name + "_pressure_peak_" + mean_name,
+                    probes_.largest_running_mean(c, running_mean_), "Pa"});
     list.push_back({name + "_von_mises_peak", probes_.largest(c + 1), "Pa"});
   } else {
     list.push_back({name + "_displacement_peak", probes_.largest(c + 6), "m"});
     for (std::size_t i = 0; i < 3; ++i)
-      list.push_back({fmt::format("{}_displacement_{}_extreme", name, "xyz"[i]), probes_.extreme(c + i), "m"});
+      list.push_back(
+          {fmt::format("{}_displacement_{}_extreme", name, "xyz"[i]), probes_.extreme(c + i), "m"});
   }
 }
 
@@ -172,7 +240,8 @@ std::vector<Quantity> History::quantities() const {
   const std::size_t last = globals_.n_rows() - 1;
   list.push_back({"solid_displacement_largest", globals_.largest(largest_displacement), "m"});
   for (std::size_t i = 0; i < 3; ++i)
-    list.push_back({fmt::format("solid_displacement_mean_{}_extreme", "xyz"[i]), globals_.extreme(mean_x + i), "m"});
+    list.push_back({fmt::format("solid_displacement_mean_{}_extreme", "xyz"[i]),
+                    globals_.extreme(mean_x + i), "m"});
   list.push_back({"solid_speed_largest", globals_.largest(largest_speed), "m/s"});
   list.push_back({"solid_kinetic_energy_peak", globals_.largest(kinetic), "J"});
   list.push_back({"solid_internal_energy_peak", globals_.largest(internal), "J"});

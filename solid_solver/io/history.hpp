@@ -37,7 +37,7 @@ class History {
     std::vector<std::size_t> cells;  ///< tissue: its cells; position: the nearest one
     std::vector<double> volumes;     ///< m^3, reference
     std::vector<std::int32_t> nodes;
-    std::size_t column = 0;          ///< first of its columns
+    std::size_t column = 0;  ///< first of its columns
   };
   [[nodiscard]] static std::vector<std::string> probe_columns(std::vector<Item>& items);
   [[nodiscard]] static std::vector<Item> make_items(const SolidRun& run, const SolidCase& from);

@@ -20,7 +20,8 @@ std::vector<T> read_table(const Hdf5File& file, const std::string& where, const 
   auto values = file.read<T>(name, &shape);
   const bool fits = width == 0 ? shape.size() == 1 : shape.size() == 2 && shape[1] == width;
   if (!fits && !values.empty())
-    throw CaseError(fmt::format("{}: {} has shape [{}], accepted [n{}]", where, name, fmt::join(shape, ", "),
+    throw CaseError(fmt::format("{}: {} has shape [{}], accepted [n{}]", where, name,
+                                fmt::join(shape, ", "),
                                 width == 0 ? "" : fmt::format(", {}", width)));
   return values;
 }
@@ -30,11 +31,13 @@ void check_format(const Hdf5File& file, const std::string& where) {
     const auto format = file.text_attribute("format");
     const auto version = file.integer_attribute("version");
     if (format != format_name || version != format_version)
-      throw CaseError(fmt::format("{}: format \"{}\" version {}, accepted \"{}\" version {}; make it with "
-                                  "cases/mesh", where, format, version, format_name, format_version));
+      throw CaseError(
+          fmt::format("{}: format \"{}\" version {}, accepted \"{}\" version {}; make it with "
+                      "cases/mesh",
+                      where, format, version, format_name, format_version));
   } catch (const LinkError& error) {
-    throw CaseError(fmt::format("{}: not a mesh file of this program ({}); make it with cases/mesh", where,
-                                error.what()));
+    throw CaseError(fmt::format("{}: not a mesh file of this program ({}); make it with cases/mesh",
+                                where, error.what()));
   }
 }
 
@@ -78,7 +81,8 @@ void write_mesh(const std::filesystem::path& path, const SolidMesh& mesh) {
     file.write("tissue/tet4", mesh.tet_tissue, {mesh.n_tet()}, "1");
   }
   file.write_text("tissues", mesh.tissues);
-  for (const auto& [name, nodes] : mesh.node_sets) file.write("node_sets/" + name, nodes, {nodes.size()}, "1");
+  for (const auto& [name, nodes] : mesh.node_sets)
+    file.write("node_sets/" + name, nodes, {nodes.size()}, "1");
   for (const auto& [name, facets] : mesh.face_sets) {
     std::vector<std::int32_t> flat;
     for (const auto& f : facets) flat.insert(flat.end(), f.begin(), f.end());

@@ -6,8 +6,8 @@
 
 namespace ocublast::solid {
 
-/// Reads a mesh file (HDF5, attributes format = "ocublast-mesh", version = 1). Throws CaseError for a
-/// file of another kind or with arrays of the wrong shape; contents are checked by check_mesh.
+/// Reads a mesh file (HDF5, attributes format = "ocublast-mesh", version = 1). Throws CaseError for
+/// a file of another kind or with arrays of the wrong shape; contents are checked by check_mesh.
 [[nodiscard]] SolidMesh read_mesh(const std::filesystem::path& file);
 
 /// Writes the same format.

@@ -1,10 +1,10 @@
 #include "solid_solver/io/sample_table.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 
@@ -28,10 +28,12 @@ double SampleTable::largest_running_mean(std::size_t column, double width) const
   if (n < 2) return n == 1 ? at(0, column) : 0.0;
   std::vector<double> integral(n, 0.0);
   for (std::size_t r = 1; r < n; ++r)
-    integral[r] = integral[r - 1] + 0.5 * (at(r, 0) - at(r - 1, 0)) * (at(r, column) + at(r - 1, column));
+    integral[r] =
+        integral[r - 1] + 0.5 * (at(r, 0) - at(r - 1, 0)) * (at(r, column) + at(r - 1, column));
   const double span = at(n - 1, 0) - at(0, 0);
   if (span <= width) return span > 0.0 ? integral[n - 1] / span : at(n - 1, column);
-  const auto integral_to = [&](double t, std::size_t hint) {  // rows ascend; t lies at or before hint
+  const auto integral_to = [&](double t,
+                               std::size_t hint) {  // rows ascend; t lies at or before hint
     std::size_t r = hint;
     while (r > 0 && at(r - 1, 0) > t) --r;
     if (r == 0) return 0.0;

@@ -7,16 +7,20 @@
 
 namespace ocublast::solid {
 
-/// A table in time, kept whole (peaks and running means come from it, checkpoints carry it) and written
-/// as CSV with units in the header. The first column is time_s.
+/// A table in time, kept whole (peaks and running means come from it, checkpoints carry it) and
+/// written as CSV with units in the header. The first column is time_s.
 class SampleTable {
  public:
   explicit SampleTable(std::vector<std::string> columns) : columns_(std::move(columns)) {}
 
-  void add(const std::vector<double>& row) { values_.insert(values_.end(), row.begin(), row.end()); }
+  void add(const std::vector<double>& row) {
+    values_.insert(values_.end(), row.begin(), row.end());
+  }
   [[nodiscard]] std::size_t n_rows() const { return values_.size() / columns_.size(); }
   [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }
-  [[nodiscard]] double at(std::size_t row, std::size_t column) const { return values_[row * columns_.size() + column]; }
+  [[nodiscard]] double at(std::size_t row, std::size_t column) const {
+    return values_[row * columns_.size() + column];
+  }
   /// All values, for checkpoints.
   [[nodiscard]] const std::vector<double>& values() const { return values_; }
   void restore(std::vector<double> values) { values_ = std::move(values); }

@@ -1,8 +1,8 @@
 #include "solid_solver/io/session.hpp"
 
-#include <cmath>
-
 #include <fmt/format.h>
+
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "coupler/base/hdf5_file.hpp"
@@ -14,7 +14,9 @@ constexpr const char* isa_names[] = {"baseline", "avx2", "avx512"};
 
 }  // namespace
 
-bool is_due(double t, double due) { return t >= due * (1.0 - 1e-9); }
+bool is_due(double t, double due) {
+  return t >= due * (1.0 - 1e-9);
+}
 
 double next_due(double t, double every) {
   // A time within rounding of a multiple counts as that multiple.
@@ -22,8 +24,12 @@ double next_due(double t, double every) {
 }
 
 Session::Session(SolidCase from, Options options, std::shared_ptr<spdlog::logger> log)
-    : case_(std::move(from)), options_(std::move(options)), log_(std::move(log)), run_(case_.setup),
-      history_(run_, case_), fields_(options_.out, case_.output.fields) {
+    : case_(std::move(from)),
+      options_(std::move(options)),
+      log_(std::move(log)),
+      run_(case_.setup),
+      history_(run_, case_),
+      fields_(options_.out, case_.output.fields) {
   set_initial_velocities();
   progress_.next_checkpoint = case_.output.checkpoint_every;
 }
@@ -48,7 +54,8 @@ void Session::write_due(bool last) {
   {
     const Stopwatch watch(wall_.tables);
     run_.assembly().evaluate(run_.state().displacement, cells_);
-    const bool sampled = history_.globals().n_rows() > 0 && history_.globals().at(history_.globals().n_rows() - 1, 0) >= t;
+    const bool sampled = history_.globals().n_rows() > 0 &&
+                         history_.globals().at(history_.globals().n_rows() - 1, 0) >= t;
     if (rows && !sampled) history_.sample(run_, cells_);
     if (rows) progress_.next_history = next_due(t, case_.output.history_every);
   }
@@ -67,17 +74,18 @@ void Session::write_checkpoint_to(const std::filesystem::path& directory) {
 
 void Session::resume_from(const std::filesystem::path& directory) {
   read_checkpoint(directory, {run_, history_, fields_, progress_, options_.case_hash});
-  log_->info("resumed window {} at t = {:.9g} s from {}", progress_.window, run_.state().time, directory.string());
+  log_->info("resumed window {} at t = {:.9g} s from {}", progress_.window, run_.state().time,
+             directory.string());
 }
 
 std::string Session::bounded_by() {
   const auto [transit, cell] = run_.assembly().smallest_transit(run_.state().displacement);
   const auto x = cell_centre(run_.mesh(), cell);
   const bool hex = cell < run_.mesh().n_hex();
-  return fmt::format("{} {} of {} at ({:.4g}, {:.4g}, {:.4g}) m, L/c = {:.4g} s; step {:.3f} L/c", hex ? "hex" : "tet",
-                     hex ? cell : cell - run_.mesh().n_hex(),
-                     run_.mesh().tissues[static_cast<std::size_t>(run_.mesh().tissue_of(cell))], x[0], x[1], x[2], transit,
-                     run_.stable_step() / transit);
+  return fmt::format("{} {} of {} at ({:.4g}, {:.4g}, {:.4g}) m, L/c = {:.4g} s; step {:.3f} L/c",
+                     hex ? "hex" : "tet", hex ? cell : cell - run_.mesh().n_hex(),
+                     run_.mesh().tissues[static_cast<std::size_t>(run_.mesh().tissue_of(cell))],
+                     x[0], x[1], x[2], transit, run_.stable_step() / transit);
 }
 
 void Session::write_summary() {
@@ -85,7 +93,8 @@ void Session::write_summary() {
   for (const auto& q : history_.quantities())
     quantities.push_back({{"name", q.name}, {"value", q.value}, {"unit", q.unit}});
   const double updates = run_.sums().steps * static_cast<double>(run_.mesh().n_cells());
-  const double total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  const double total =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   const nlohmann::json performance{
       {"solid_elements", run_.mesh().n_cells()},
       {"solid_nodes", run_.mesh().n_nodes()},
@@ -94,7 +103,8 @@ void Session::write_summary() {
       {"solid_elements_per_s", wall_.compute > 0.0 ? updates / wall_.compute : 0.0},
       {"solid_threads", run_.assembly().threads()},
       {"solid_kernels", isa_names[static_cast<std::size_t>(run_.assembly().instruction_set())]},
-      {"solid_bytes_per_element", static_cast<double>(run_.assembly().bytes()) / static_cast<double>(run_.mesh().n_cells())},
+      {"solid_bytes_per_element",
+       static_cast<double>(run_.assembly().bytes()) / static_cast<double>(run_.mesh().n_cells())},
       {"solid_stable_step_s", run_.stable_step()},
       {"solid_bounded_by", bounded_by()},
       {"solid_wall_s", total},
@@ -103,20 +113,25 @@ void Session::write_summary() {
       {"solid_wall_output_s", wall_.output},
       {"solid_wall_checkpoint_s", wall_.checkpoint},
       {"solid_wall_waiting_s", wall_.waiting}};
-  replace_file(options_.out / "solid_summary.json",
-               nlohmann::json{{"quantities", quantities}, {"performance", performance}}.dump(2) + "\n");
+  replace_file(
+      options_.out / "solid_summary.json",
+      nlohmann::json{{"quantities", quantities}, {"performance", performance}}.dump(2) + "\n");
 }
 
 std::string Session::describe() {
   double mass = 0.0;
   for (const double m : run_.nodal_mass()) mass += m;
-  std::string text = fmt::format("solid: {} hexes, {} tets, {} nodes, {} tissues, {:.6g} kg, {} threads, {} kernels\n",
-                                 run_.mesh().n_hex(), run_.mesh().n_tet(), run_.mesh().n_nodes(), run_.mesh().tissues.size(),
-                                 mass, run_.assembly().threads(), isa_names[static_cast<std::size_t>(run_.assembly().instruction_set())]);
-  text += fmt::format("stable step {:.4g} s, {:.0f} steps to {:.4g} s; bounded by {}\n", run_.stable_step(),
-                      std::ceil(case_.common.end_time / run_.stable_step()), case_.common.end_time, bounded_by());
+  std::string text = fmt::format(
+      "solid: {} hexes, {} tets, {} nodes, {} tissues, {:.6g} kg, {} threads, {} kernels\n",
+      run_.mesh().n_hex(), run_.mesh().n_tet(), run_.mesh().n_nodes(), run_.mesh().tissues.size(),
+      mass, run_.assembly().threads(),
+      isa_names[static_cast<std::size_t>(run_.assembly().instruction_set())]);
+  text += fmt::format("stable step {:.4g} s, {:.0f} steps to {:.4g} s; bounded by {}\n",
+                      run_.stable_step(), std::ceil(case_.common.end_time / run_.stable_step()),
+                      case_.common.end_time, bounded_by());
   if (!case_.setup.interface.empty())
-    text += fmt::format("interface {}: {} facets, {} vertices\n", case_.interface, case_.setup.interface.size(), run_.interface_nodes().size());
+    text += fmt::format("interface {}: {} facets, {} vertices\n", case_.interface,
+                        case_.setup.interface.size(), run_.interface_nodes().size());
   return text;
 }
 

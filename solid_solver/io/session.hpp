@@ -1,11 +1,11 @@
 #pragma once
 
+#include <spdlog/spdlog.h>
+
 #include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
-
-#include <spdlog/spdlog.h>
 
 #include "solid_solver/io/checkpoint.hpp"
 
@@ -16,7 +16,7 @@ struct WallSplit {
   double compute = 0.0;
   double tables = 0.0;
   double output = 0.0;
-  double waiting = 0.0;     ///< for the coupler
+  double waiting = 0.0;  ///< for the coupler
   double checkpoint = 0.0;
 };
 
@@ -42,7 +42,6 @@ class Session {
   struct Options {
     std::filesystem::path out;
     std::uint64_t case_hash = 0;
-    bool quiet = false;
   };
   Session(SolidCase from, Options options, std::shared_ptr<spdlog::logger> log);
 

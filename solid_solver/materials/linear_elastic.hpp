@@ -6,16 +6,18 @@
 
 namespace ocublast::solid {
 
-/// Isotropic Hooke's law at small strain: sigma = K tr(eps) I + 2 G dev(eps), eps = sym(grad u). Not
-/// objective: for rotations and strains of a few per cent at most.
+/// Isotropic Hooke's law at small strain: sigma = K tr(eps) I + 2 G dev(eps), eps = sym(grad u).
+/// Not objective: for rotations and strains of a few per cent at most.
 struct LinearElastic {
   static constexpr const char* name = "linear_elastic";
   static constexpr bool finite_strain = false;
   enum Constant { G, K, n_constants };
-  static constexpr std::array<LawConstant, n_constants> constants{{
-      {"shear_modulus_Pa", "Pa", "shear modulus G"}, {"bulk_modulus_Pa", "Pa", "bulk modulus K"}}};
+  static constexpr std::array<LawConstant, n_constants> constants{
+      {{"shear_modulus_Pa", "Pa", "shear modulus G"}, {"bulk_modulus_Pa", "Pa", "bulk modulus K"}}};
 
-  [[nodiscard]] static ElasticModuli moduli(const double* c) { return {.shear = c[G], .bulk = c[K]}; }
+  [[nodiscard]] static ElasticModuli moduli(const double* c) {
+    return {.shear = c[G], .bulk = c[K]};
+  }
 
   template <class V>
   OCU_LAW_INLINE V volumetric_stress(const V* c, V j) {

@@ -7,17 +7,19 @@
 
 namespace ocublast::solid {
 
-/// Nearly incompressible neo-Hookean solid, Bhardwaj et al. (2014) eq. 17, DOI 10.1007/s10237-013-0490-3:
-/// psi = G/2 (J^(-2/3) I1 - 3) + K/4 (J^2 - 1 - 2 ln J).
+/// Nearly incompressible neo-Hookean solid, Bhardwaj et al. (2014) eq. 17,
+/// DOI 10.1007/s10237-013-0490-3: psi = G/2 (J^(-2/3) I1 - 3) + K/4 (J^2 - 1 - 2 ln J).
 struct NeoHookean {
   static constexpr const char* name = "neo_hookean";
   static constexpr bool finite_strain = true;
   enum Constant { G, K, n_constants };
-  static constexpr std::array<LawConstant, n_constants> constants{{
-      {"shear_modulus_Pa", "Pa", "initial shear modulus G"},
-      {"bulk_modulus_Pa", "Pa", "initial bulk modulus K"}}};
+  static constexpr std::array<LawConstant, n_constants> constants{
+      {{"shear_modulus_Pa", "Pa", "initial shear modulus G"},
+       {"bulk_modulus_Pa", "Pa", "initial bulk modulus K"}}};
 
-  [[nodiscard]] static ElasticModuli moduli(const double* c) { return {.shear = c[G], .bulk = c[K]}; }
+  [[nodiscard]] static ElasticModuli moduli(const double* c) {
+    return {.shear = c[G], .bulk = c[K]};
+  }
 
   /// Mean Kirchhoff stress over J, dU/dJ = K/2 (J - 1/J), written in j = J - 1.
   template <class V>

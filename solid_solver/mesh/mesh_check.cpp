@@ -1,11 +1,11 @@
 #include "solid_solver/mesh/mesh_check.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
-
-#include <fmt/format.h>
 
 #include "solid_solver/elements/element_block.hpp"
 #include "solid_solver/elements/hex8_geometry.hpp"
@@ -48,11 +48,12 @@ std::string tissue_name(const SolidMesh& mesh, std::int32_t id) {
 std::vector<std::string> check_ranges(const SolidMesh& mesh, std::size_t limit) {
   std::vector<std::string> faults;
   const auto n = static_cast<std::int32_t>(mesh.n_nodes());
-  const auto check = [&](const std::string& what, std::span<const std::int32_t> values, std::int32_t low,
-                         std::int32_t high) {
+  const auto check = [&](const std::string& what, std::span<const std::int32_t> values,
+                         std::int32_t low, std::int32_t high) {
     Kind kind(fmt::format("entries of {} out of the range {}..{}", what, low, high - 1), limit);
     for (std::size_t i = 0; i < values.size(); ++i)
-      if (values[i] < low || values[i] >= high) kind.add(fmt::format("entry {} is {}", i, values[i]));
+      if (values[i] < low || values[i] >= high)
+        kind.add(fmt::format("entry {} is {}", i, values[i]));
     kind.report(faults);
   };
   check("cells/hex8", mesh.hex8, 0, n);
@@ -71,8 +72,8 @@ std::vector<std::string> check_ranges(const SolidMesh& mesh, std::size_t limit) 
     check("face_sets/" + name, last, -1, n);
   }
   if (mesh.hex_tissue.size() != mesh.n_hex() || mesh.tet_tissue.size() != mesh.n_tet())
-    faults.push_back(fmt::format("{} tissue ids for {} cells", mesh.hex_tissue.size() + mesh.tet_tissue.size(),
-                                 mesh.n_cells()));
+    faults.push_back(fmt::format("{} tissue ids for {} cells",
+                                 mesh.hex_tissue.size() + mesh.tet_tissue.size(), mesh.n_cells()));
   Kind lost("nodes whose position is not a number", limit);
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
     if (!std::isfinite(mesh.nodes[i])) lost.add(fmt::format("node {}", i / 3));
@@ -83,7 +84,8 @@ std::vector<std::string> check_ranges(const SolidMesh& mesh, std::size_t limit) 
 double smallest_jacobian_of(const SolidMesh& mesh, std::size_t cell) {
   if (cell < mesh.n_hex())
     return compute_hex_geometry(cell_positions<8>(mesh, &mesh.hex8[8 * cell])).smallest_jacobian;
-  return 6.0 * compute_tet_geometry(cell_positions<4>(mesh, &mesh.tet4[4 * (cell - mesh.n_hex())])).volume;
+  return 6.0 * compute_tet_geometry(cell_positions<4>(mesh, &mesh.tet4[4 * (cell - mesh.n_hex())]))
+                   .volume;
 }
 
 void check_jacobians(const SolidMesh& mesh, std::size_t limit, std::vector<std::string>& faults) {
@@ -112,7 +114,8 @@ void check_nodes(const SolidMesh& mesh, std::size_t limit, std::vector<std::stri
   unused.report(faults);
   std::vector<std::size_t> order(mesh.n_nodes());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return at(a) < at(b); });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return at(a) < at(b); });
   Kind twice("pairs of nodes at one place (merge them: they are not connected)", limit);
   for (std::size_t i = 1; i < order.size(); ++i)
     if (at(order[i]) == at(order[i - 1]))
@@ -123,7 +126,8 @@ void check_nodes(const SolidMesh& mesh, std::size_t limit, std::vector<std::stri
 }  // namespace
 
 std::vector<std::string> check_mesh(const SolidMesh& mesh, std::size_t limit) {
-  if (mesh.n_nodes() == 0 || mesh.n_cells() == 0) return {"no cells: give cells/hex8 or cells/tet4 and nodes"};
+  if (mesh.n_nodes() == 0 || mesh.n_cells() == 0)
+    return {"no cells: give cells/hex8 or cells/tet4 and nodes"};
   auto faults = check_ranges(mesh, limit);
   if (!faults.empty()) return faults;
   check_jacobians(mesh, limit, faults);
@@ -136,7 +140,9 @@ std::vector<std::string> check_closed_surface(const SolidMesh& mesh, const std::
   const auto& facets = mesh.face_sets.at(face_set);
   std::map<std::pair<std::int32_t, std::int32_t>, int> edges;
   double volume = 0.0;
-  const auto at = [&](std::int32_t n, std::size_t i) { return mesh.nodes[3 * static_cast<std::size_t>(n) + i]; };
+  const auto at = [&](std::int32_t n, std::size_t i) {
+    return mesh.nodes[3 * static_cast<std::size_t>(n) + i];
+  };
   for (const auto& f : facets) {
     const std::size_t corners = f[3] < 0 ? 3 : 4;
     for (std::size_t c = 0; c < corners; ++c) ++edges[{f[c], f[(c + 1) % corners]}];
@@ -146,15 +152,18 @@ std::vector<std::string> check_closed_surface(const SolidMesh& mesh, const std::
       const std::int32_t d = f[c];
       volume += (at(a, 0) * (at(b, 1) * at(d, 2) - at(b, 2) * at(d, 1)) +
                  at(a, 1) * (at(b, 2) * at(d, 0) - at(b, 0) * at(d, 2)) +
-                 at(a, 2) * (at(b, 0) * at(d, 1) - at(b, 1) * at(d, 0))) / 6.0;
+                 at(a, 2) * (at(b, 0) * at(d, 1) - at(b, 1) * at(d, 0))) /
+                6.0;
     }
   }
   Kind turned("edges run through twice in one direction (facets of face_sets/" + face_set +
-              " are turned or repeated)", limit);
+                  " are turned or repeated)",
+              limit);
   Kind open("edges of one facet only (face_sets/" + face_set + " is not closed)", limit);
   for (const auto& [edge, count] : edges) {
-    const auto where = fmt::format("nodes {}-{} near ({:.4g}, {:.4g}, {:.4g}) m", edge.first, edge.second,
-                                   at(edge.first, 0), at(edge.first, 1), at(edge.first, 2));
+    const auto where =
+        fmt::format("nodes {}-{} near ({:.4g}, {:.4g}, {:.4g}) m", edge.first, edge.second,
+                    at(edge.first, 0), at(edge.first, 1), at(edge.first, 2));
     if (count > 1) turned.add(where);
     if (!edges.contains({edge.second, edge.first})) open.add(where);
   }
@@ -162,8 +171,10 @@ std::vector<std::string> check_closed_surface(const SolidMesh& mesh, const std::
   turned.report(faults);
   open.report(faults);
   if (faults.empty() && volume <= 0.0)
-    faults.push_back(fmt::format("face_sets/{} encloses {:.4g} m^3: its facets point inward; turn their "
-                                 "node order", face_set, volume));
+    faults.push_back(
+        fmt::format("face_sets/{} encloses {:.4g} m^3: its facets point inward; turn their "
+                    "node order",
+                    face_set, volume));
   return faults;
 }
 

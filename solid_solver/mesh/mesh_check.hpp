@@ -14,7 +14,8 @@ namespace ocublast::solid {
 
 /// Faults of a wet surface: facets that repeat an edge in the same direction (orientation), edges
 /// in one facet only (not closed), a negative enclosed volume (turned inside out).
-[[nodiscard]] std::vector<std::string> check_closed_surface(const SolidMesh& mesh, const std::string& face_set,
+[[nodiscard]] std::vector<std::string> check_closed_surface(const SolidMesh& mesh,
+                                                            const std::string& face_set,
                                                             std::size_t limit = 5);
 
 }  // namespace ocublast::solid

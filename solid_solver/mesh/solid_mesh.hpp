@@ -14,11 +14,11 @@ using Facet = std::array<std::int32_t, 4>;
 
 /// Finite element mesh as read: nodes, cells per type with tissue ids, named sets.
 struct SolidMesh {
-  std::vector<double> nodes;                 ///< [n_nodes, 3] reference positions, m
-  std::vector<std::int32_t> hex8;            ///< [n_hex, 8], VTK order
-  std::vector<std::int32_t> tet4;            ///< [n_tet, 4], VTK order
-  std::vector<std::int32_t> hex_tissue;      ///< [n_hex] index into tissues
-  std::vector<std::int32_t> tet_tissue;      ///< [n_tet]
+  std::vector<double> nodes;             ///< [n_nodes, 3] reference positions, m
+  std::vector<std::int32_t> hex8;        ///< [n_hex, 8], VTK order
+  std::vector<std::int32_t> tet4;        ///< [n_tet, 4], VTK order
+  std::vector<std::int32_t> hex_tissue;  ///< [n_hex] index into tissues
+  std::vector<std::int32_t> tet_tissue;  ///< [n_tet]
   std::vector<std::string> tissues;
   std::map<std::string, std::vector<std::int32_t>> node_sets;
   std::map<std::string, std::vector<Facet>> face_sets;

@@ -1,5 +1,5 @@
-// Element updates per core-second on the block of 40^3 cells (cube of 0.1 m, neo-Hookean, nu = 0.49).
-// Prints one JSON record per figure.
+// Element updates per core-second on the block of 40^3 cells (cube of 0.1 m, neo-Hookean, nu =
+// 0.49). Prints one JSON record per figure.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -24,9 +24,10 @@ double cpu_seconds() {
 }
 
 void record(const std::string& quantity, double value, const char* unit, const char* target) {
-  std::printf("{\"bench\": \"solid_speed\", \"case\": \"block_40\", \"quantity\": \"%s\", \"value\": %.6g, "
-              "\"unit\": \"%s\", \"target\": %s, \"better\": \"higher\"}\n",
-              quantity.c_str(), value, unit, target);
+  std::printf(
+      "{\"bench\": \"solid_speed\", \"case\": \"block_40\", \"quantity\": \"%s\", \"value\": %.6g, "
+      "\"unit\": \"%s\", \"target\": %s, \"better\": \"higher\"}\n",
+      quantity.c_str(), value, unit, target);
 }
 
 struct Run {
@@ -69,8 +70,8 @@ int main() {
   for (std::size_t isa = 0; isa <= static_cast<std::size_t>(best); ++isa) {
     const bool target = isa == static_cast<std::size_t>(best);
     const auto set = static_cast<InstructionSet>(isa);
-    record(std::string("hex8_q1p0_") + names[isa], measure(hexes, set, 1).cpu_rate, "elements/core_s",
-           target ? "6e6" : "null");
+    record(std::string("hex8_q1p0_") + names[isa], measure(hexes, set, 1).cpu_rate,
+           "elements/core_s", target ? "6e6" : "null");
     record(std::string("tet4_anp_") + names[isa], measure(tets, set, 1).cpu_rate, "elements/core_s",
            target ? "25e6" : "null");
   }

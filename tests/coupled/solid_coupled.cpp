@@ -1,8 +1,8 @@
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#include <gtest/gtest.h>
 
 #include "tests/support/solid_files.hpp"
 
@@ -18,7 +18,8 @@ constexpr double step = 1e-6;
 constexpr double end = 2e-4;
 
 std::string solid_tables() {
-  return std::string(case_head) + "[time]\nend_s = 2e-4\n[solid]\nmesh = \"ball.h5\"\n" + case_material +
+  return std::string(case_head) + "[time]\nend_s = 2e-4\n[solid]\nmesh = \"ball.h5\"\n" +
+         case_material +
          "[solid.output]\nevery_s = 1e-4\nhistory_every_s = 1e-6\n"
          "[[solid.history]]\nname = \"ball\"\ntissue = \"block\"\n";
 }
@@ -33,8 +34,9 @@ void write_coupled(const Folder& folder, const std::string& coupling) {
 
 Outcome run_coupler(const Folder& folder, const std::string& more = "") {
   const auto path = folder.path().string();
-  return run_command(std::string(COUPLER) + " " + path + "/case.toml --mesh-dir " + path + " --out " + path +
-                     "/out --flow " + TOY_FLOW + " --solid " + SOLID_SOLVER + " --threads-solid 1 --threads-flow 1 " + more);
+  return run_command(std::string(COUPLER) + " " + path + "/case.toml --mesh-dir " + path +
+                     " --out " + path + "/out --flow " + TOY_FLOW + " --solid " + SOLID_SOLVER +
+                     " --threads-solid 1 --threads-flow 1 " + more);
 }
 
 TEST(CoupledSolid, GivesTheMotionOfTheSameLoadBySchedule) {
@@ -47,17 +49,22 @@ TEST(CoupledSolid, GivesTheMotionOfTheSameLoadBySchedule) {
   std::string values = "0.0";
   for (int w = 1; w * step <= end * (1.0 + 1e-9); ++w) {
     const double t = w * step;
-    const double p = t <= start || t >= start + duration ? 0.0 : peak * std::sin(3.14159265358979323846 * (t - start) / duration);
+    const double p = t <= start || t >= start + duration
+                         ? 0.0
+                         : peak * std::sin(3.14159265358979323846 * (t - start) / duration);
     char text[64];
     std::snprintf(text, sizeof text, ", %.17g", t);
     times += text;
     std::snprintf(text, sizeof text, ", %.17g", p);
     values += text;
   }
-  write_text(folder.path() / "alone.toml", solid_tables() + "[[solid.pressure]]\nfaces = \"wet\"\ntimes_s = [" + times +
-                                               "]\noverpressures_Pa = [" + values + "]\n");
+  write_text(folder.path() / "alone.toml", solid_tables() +
+                                               "[[solid.pressure]]\nfaces = \"wet\"\ntimes_s = [" +
+                                               times + "]\noverpressures_Pa = [" + values + "]\n");
   const auto path = folder.path().string();
-  const auto alone = run_command(std::string(SOLID_SOLVER) + " " + path + "/alone.toml --mesh-dir " + path + " --out " + path + "/alone --threads 1");
+  const auto alone =
+      run_command(std::string(SOLID_SOLVER) + " " + path + "/alone.toml --mesh-dir " + path +
+                  " --out " + path + "/alone --threads 1");
   ASSERT_EQ(alone.code, 0) << alone.text;
   const auto a = read_csv(folder.path() / "out" / "solid_probes.csv");
   const auto b = read_csv(folder.path() / "alone" / "solid_probes.csv");
@@ -70,7 +77,8 @@ TEST(CoupledSolid, GivesTheMotionOfTheSameLoadBySchedule) {
     largest = std::max(largest, std::abs(q[i]));
     difference = std::max(difference, std::abs(p[i] - q[i]));
   }
-  std::printf("peak mean pressure %.6g Pa, coupled less alone %.2g of it\n", largest, difference / largest);
+  std::printf("peak mean pressure %.6g Pa, coupled less alone %.2g of it\n", largest,
+              difference / largest);
   EXPECT_GT(largest, 0.5 * peak);
   // One step per window on both sides, at times that differ by rounding only.
   EXPECT_LT(difference, 1e-9 * largest);
@@ -79,7 +87,8 @@ TEST(CoupledSolid, GivesTheMotionOfTheSameLoadBySchedule) {
 TEST(CoupledSolid, ResumesBitForBit) {
   Folder whole;
   Folder parted;
-  for (const auto* folder : {&whole, &parted}) write_coupled(*folder, "checkpoint_every_s = 5e-5\n");
+  for (const auto* folder : {&whole, &parted})
+    write_coupled(*folder, "checkpoint_every_s = 5e-5\n");
   auto outcome = run_coupler(whole);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   outcome = run_coupler(parted);
@@ -87,7 +96,8 @@ TEST(CoupledSolid, ResumesBitForBit) {
   outcome = run_coupler(parted, "--resume " + parted.path().string() + "/out");
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   for (const char* table : {"solid_probes.csv", "solid_globals.csv"})
-    EXPECT_TRUE(read_text(whole.path() / "out" / table) == read_text(parted.path() / "out" / table)) << table;
+    EXPECT_TRUE(read_text(whole.path() / "out" / table) == read_text(parted.path() / "out" / table))
+        << table;
 }
 
 }  // namespace

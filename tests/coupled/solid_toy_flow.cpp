@@ -1,5 +1,5 @@
-// A flow side for tests of the solid: the wall feels a half sine of overpressure, alike on the whole
-// surface, whatever it does. Reads [flow] peak_Pa, duration_s, step_s.
+// A flow side for tests of the solid: the wall feels a half sine of overpressure, alike on the
+// whole surface, whatever it does. Reads [flow] peak_Pa, duration_s, step_s.
 #include <cmath>
 #include <fstream>
 #include <string>
@@ -34,11 +34,13 @@ int run(int argc, char** argv) {
   Pulse pulse;
   auto flow = reader.section("flow");
   flow.real("peak_Pa", pulse.peak, {.unit = "Pa", .required = true, .help = "peak"});
-  flow.real("duration_s", pulse.duration, {.unit = "s", .required = true, .help = "length of the pulse"});
+  flow.real("duration_s", pulse.duration,
+            {.unit = "s", .required = true, .help = "length of the pulse"});
   flow.real("start_s", pulse.start, {.unit = "s", .required = true, .help = "when it comes"});
   flow.real("step_s", pulse.step, {.unit = "s", .required = true, .help = "stable step"});
   reader.finish();
-  link::Participant participant(link::connection_from_environment(link::Role::flow, "solid_toy_flow", reader.hash()));
+  link::Participant participant(
+      link::connection_from_environment(link::Role::flow, "solid_toy_flow", reader.hash()));
   const auto mesh = participant.receive_mesh();
   std::uint64_t window = 0;
   double time = 0.0;
@@ -55,7 +57,8 @@ int run(int argc, char** argv) {
     const auto order = participant.next();
     if (order.kind == link::Order::Kind::finish) break;
     if (order.kind == link::Order::Kind::checkpoint) {
-      std::ofstream(order.checkpoint / "flow.txt") << window << ' ' << std::hexfloat << time << '\n';
+      std::ofstream(order.checkpoint / "flow.txt")
+          << window << ' ' << std::hexfloat << time << '\n';
       participant.checkpoint_written();
       continue;
     }

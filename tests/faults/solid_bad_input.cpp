@@ -11,25 +11,32 @@ namespace {
 
 using namespace test;
 
-SolidMesh block() { return make_block({.cells = {2, 2, 2}, .size = {0.1, 0.1, 0.1}}); }
+SolidMesh block() {
+  return make_block({.cells = {2, 2, 2}, .size = {0.1, 0.1, 0.1}});
+}
 
 Outcome check(const Folder& folder, const std::string& more, const SolidMesh& mesh = block()) {
   write_mesh(folder.path() / "mesh.h5", mesh);
   const auto path = folder.path().string();
-  write_text(folder.path() / "case.toml", std::string(case_head) + "[time]\nend_s = 1e-3\n[solid]\nmesh = \"mesh.h5\"\n" + more);
-  return run_command(std::string(SOLID_SOLVER) + " " + path + "/case.toml --mesh-dir " + path + " --out " + path + "/out");
+  write_text(folder.path() / "case.toml",
+             std::string(case_head) + "[time]\nend_s = 1e-3\n[solid]\nmesh = \"mesh.h5\"\n" + more);
+  return run_command(std::string(SOLID_SOLVER) + " " + path + "/case.toml --mesh-dir " + path +
+                     " --out " + path + "/out");
 }
 
-#define EXPECT_SAYS(outcome, words) EXPECT_NE((outcome).text.find(words), std::string::npos) << (outcome).text
+#define EXPECT_SAYS(outcome, words) \
+  EXPECT_NE((outcome).text.find(words), std::string::npos) << (outcome).text
 
 TEST(SolidBadInput, AllFaultsComeInOneMessage) {
   Folder folder;
-  const auto outcome = check(folder,
-      "[[solid.material]]\nname = \"a\"\ntissues = [\"jelly\"]\nlaw = \"neo_hookean\"\ndensity_kg_m3 = 1.0\n"
-      "shear_modulus_Pa = 1e7\nbulk_modulus_Pa = 1e5\n"
-      "[[solid.fixed]]\nnodes = \"bottom\"\ndirections = [\"w\"]\n"
-      "[[solid.pressure]]\nfaces = \"lid\"\ntimes_s = [1.0, 0.0]\noverpressures_Pa = [1.0]\n"
-      "[solid.integrator]\nsafty = 0.5\n");
+  const auto outcome =
+      check(folder,
+            "[[solid.material]]\nname = \"a\"\ntissues = [\"jelly\"]\nlaw = "
+            "\"neo_hookean\"\ndensity_kg_m3 = 1.0\n"
+            "shear_modulus_Pa = 1e7\nbulk_modulus_Pa = 1e5\n"
+            "[[solid.fixed]]\nnodes = \"bottom\"\ndirections = [\"w\"]\n"
+            "[[solid.pressure]]\nfaces = \"lid\"\ntimes_s = [1.0, 0.0]\noverpressures_Pa = [1.0]\n"
+            "[solid.integrator]\nsafty = 0.5\n");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_SAYS(outcome, "has no tissue 'jelly'; it has block");
   EXPECT_SAYS(outcome, "tissue 'block' of the mesh has no material");
@@ -45,7 +52,9 @@ TEST(SolidBadInput, AllFaultsComeInOneMessage) {
 
 TEST(SolidBadInput, UnknownLawNamesTheKnownOnes) {
   Folder folder;
-  const auto outcome = check(folder, "[[solid.material]]\nname = \"a\"\ntissues = [\"block\"]\nlaw = \"rubber\"\ndensity_kg_m3 = 1000.0\n");
+  const auto outcome = check(folder,
+                             "[[solid.material]]\nname = \"a\"\ntissues = [\"block\"]\nlaw = "
+                             "\"rubber\"\ndensity_kg_m3 = 1000.0\n");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_SAYS(outcome, "neo_hookean");
 }
@@ -79,7 +88,8 @@ TEST(SolidBadInput, WetSurfaceMustBeClosedAndOutward) {
   EXPECT_NE(check_closed_surface(open, "wet").at(0).find("is not closed"), std::string::npos);
   auto turned = block();
   std::swap(turned.face_sets["wet"][0][1], turned.face_sets["wet"][0][3]);
-  EXPECT_NE(check_closed_surface(turned, "wet").at(0).find("turned or repeated"), std::string::npos);
+  EXPECT_NE(check_closed_surface(turned, "wet").at(0).find("turned or repeated"),
+            std::string::npos);
   auto inward = block();
   for (auto& f : inward.face_sets["wet"]) std::swap(f[1], f[3]);
   EXPECT_NE(check_closed_surface(inward, "wet").at(0).find("point inward"), std::string::npos);
@@ -88,7 +98,9 @@ TEST(SolidBadInput, WetSurfaceMustBeClosedAndOutward) {
 
 TEST(SolidBadInput, NodeMovedByTwoEntriesIsNamed) {
   Folder folder;
-  const std::string entry = "[[solid.prescribed]]\nnodes = \"z0\"\ndirection = \"z\"\ntimes_s = [0.0]\ndisplacements_m = [0.0]\n";
+  const std::string entry =
+      "[[solid.prescribed]]\nnodes = \"z0\"\ndirection = \"z\"\ntimes_s = [0.0]\ndisplacements_m = "
+      "[0.0]\n";
   const auto outcome = check(folder, std::string(case_material) + entry + entry);
   EXPECT_EQ(outcome.code, 2);
   EXPECT_SAYS(outcome, "9 nodes are moved by two entries: node 0 in z");
@@ -99,7 +111,8 @@ TEST(SolidBadInput, MissingMeshAndForeignFileAreCaseErrors) {
   auto outcome = check(folder, case_material);
   std::filesystem::remove(folder.path() / "mesh.h5");
   const auto path = folder.path().string();
-  const std::string command = std::string(SOLID_SOLVER) + " " + path + "/case.toml --mesh-dir " + path + " --check";
+  const std::string command =
+      std::string(SOLID_SOLVER) + " " + path + "/case.toml --mesh-dir " + path + " --check";
   EXPECT_EQ(run_command(command).code, 2);
   write_text(folder.path() / "mesh.h5", "not HDF5");
   outcome = run_command(command);
@@ -109,8 +122,10 @@ TEST(SolidBadInput, MissingMeshAndForeignFileAreCaseErrors) {
 
 TEST(SolidBadInput, ElementThatInvertsStopsTheRunWithPlaceAndTime) {
   Folder folder;
-  const auto outcome = check(folder, std::string(case_material) +
-      "[[solid.pressure]]\nfaces = \"z1\"\ntimes_s = [0.0]\noverpressures_Pa = [5e8]\n");
+  const auto outcome =
+      check(folder,
+            std::string(case_material) +
+                "[[solid.pressure]]\nfaces = \"z1\"\ntimes_s = [0.0]\noverpressures_Pa = [5e8]\n");
   EXPECT_EQ(outcome.code, 4);
   EXPECT_SAYS(outcome, "of tissue block inverted");
   EXPECT_SAYS(outcome, "at t = ");
@@ -125,9 +140,10 @@ TEST(SolidBadInput, CoupledCaseWithoutCouplerSaysHowToStartIt) {
 
 TEST(SolidRestart, ContinuesBitForBit) {
   Folder folder;
-  const std::string load = "[[solid.pressure]]\nfaces = \"z1\"\ntimes_s = [0.0, 1e-3]\noverpressures_Pa = [1e3, 0.0]\n"
-                           "[[solid.spring]]\nfaces = \"z0\"\nstiffness_Pa_m = 1e8\ndamping_Pa_s_m = 1e4\n"
-                           "[solid.output]\nevery_s = 2e-4\nhistory_every_s = 5e-5\ncheckpoint_every_s = 4e-4\n";
+  const std::string load =
+      "[[solid.pressure]]\nfaces = \"z1\"\ntimes_s = [0.0, 1e-3]\noverpressures_Pa = [1e3, 0.0]\n"
+      "[[solid.spring]]\nfaces = \"z0\"\nstiffness_Pa_m = 1e8\ndamping_Pa_s_m = 1e4\n"
+      "[solid.output]\nevery_s = 2e-4\nhistory_every_s = 5e-5\ncheckpoint_every_s = 4e-4\n";
   const auto outcome = check(folder, std::string(case_material) + load);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   const auto path = folder.path().string();
@@ -135,12 +151,15 @@ TEST(SolidRestart, ContinuesBitForBit) {
   // Again from the checkpoint at 0.4 ms: the later ones are taken away.
   std::filesystem::path last;
   std::vector<std::filesystem::path> checkpoints;
-  for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "out" / "checkpoint")) checkpoints.push_back(entry.path());
+  for (const auto& entry :
+       std::filesystem::directory_iterator(folder.path() / "out" / "checkpoint"))
+    checkpoints.push_back(entry.path());
   std::sort(checkpoints.begin(), checkpoints.end());
   ASSERT_EQ(checkpoints.size(), 2u);
   std::filesystem::remove_all(checkpoints[1]);
-  const auto resumed = run_command(std::string(SOLID_SOLVER) + " " + path + "/case.toml --mesh-dir " + path + " --out " + path +
-                                   "/again --resume " + path + "/out");
+  const auto resumed =
+      run_command(std::string(SOLID_SOLVER) + " " + path + "/case.toml --mesh-dir " + path +
+                  " --out " + path + "/again --resume " + path + "/out");
   ASSERT_EQ(resumed.code, 0) << resumed.text;
   EXPECT_TRUE(first == read_text(folder.path() / "again" / "solid_globals.csv"));
   EXPECT_GT(first.size(), 1000u);

@@ -51,7 +51,9 @@ inline Outcome run_command(const std::string& command) {
   return outcome;
 }
 
-inline void write_text(const std::filesystem::path& file, const std::string& text) { std::ofstream(file) << text; }
+inline void write_text(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream(file) << text;
+}
 
 inline std::string read_text(const std::filesystem::path& file) {
   std::stringstream text;
@@ -80,9 +82,11 @@ inline std::map<std::string, std::vector<double>> read_csv(const std::filesystem
 }
 
 inline const char* case_head =
-    "[case]\nname = \"test\"\ntitle = \"test\"\n[ambient]\npressure_Pa = 101325.0\ntemperature_K = 293.0\n";
+    "[case]\nname = \"test\"\ntitle = \"test\"\n[ambient]\npressure_Pa = 101325.0\ntemperature_K = "
+    "293.0\n";
 inline const char* case_material =
-    "[[solid.material]]\nname = \"soft\"\ntissues = [\"block\"]\nlaw = \"neo_hookean\"\ndensity_kg_m3 = 1000.0\n"
+    "[[solid.material]]\nname = \"soft\"\ntissues = [\"block\"]\nlaw = "
+    "\"neo_hookean\"\ndensity_kg_m3 = 1000.0\n"
     "shear_modulus_Pa = 1e5\nbulk_modulus_Pa = 1e7\n";
 
 }  // namespace ocublast::solid::test

@@ -13,14 +13,18 @@ inline Material make_material(const std::string& law, double shear, double bulk,
   const auto laws = make_laws();
   for (std::size_t i = 0; i < laws.size(); ++i)
     if (laws[i].name == law)
-      return {.name = law, .law = i, .constants = {shear, bulk}, .density = density,
+      return {.name = law,
+              .law = i,
+              .constants = {shear, bulk},
+              .density = density,
               .moduli = {.shear = shear, .bulk = bulk}};
   return {};
 }
 
 /// Neo-Hookean material from Young's modulus (Pa) and Poisson's ratio.
 inline Material make_neo_hookean(double young, double nu, double density) {
-  return make_material("neo_hookean", young / (2.0 * (1.0 + nu)), young / (3.0 * (1.0 - 2.0 * nu)), density);
+  return make_material("neo_hookean", young / (2.0 * (1.0 + nu)), young / (3.0 * (1.0 - 2.0 * nu)),
+                       density);
 }
 
 }  // namespace ocublast::solid::test

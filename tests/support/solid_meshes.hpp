@@ -48,14 +48,17 @@ inline SolidMesh make_block(const BlockSize& b) {
           if (at[d] == b.cells[d]) mesh.node_sets[names[2 * d + 1]].push_back(n);
         }
       }
-  const auto face = [&](const char* name, std::int32_t a, std::int32_t c, std::int32_t d, std::int32_t e) {
+  const auto face = [&](const char* name, std::int32_t a, std::int32_t c, std::int32_t d,
+                        std::int32_t e) {
     mesh.face_sets[name].push_back({a, c, d, e});
     mesh.face_sets["wet"].push_back({a, c, d, e});
   };
   for (int k = 0; k < b.cells[2]; ++k)
     for (int j = 0; j < b.cells[1]; ++j)
       for (int i = 0; i < b.cells[0]; ++i) {
-        const auto n = [&](int di, int dj, int dk) { return block_node(b, i + di, j + dj, k + dk); };
+        const auto n = [&](int di, int dj, int dk) {
+          return block_node(b, i + di, j + dj, k + dk);
+        };
         for (const auto v : {n(0, 0, 0), n(1, 0, 0), n(1, 1, 0), n(0, 1, 0), n(0, 0, 1), n(1, 0, 1),
                              n(1, 1, 1), n(0, 1, 1)})
           mesh.hex8.push_back(v);
@@ -72,7 +75,8 @@ inline SolidMesh make_block(const BlockSize& b) {
 
 /// The same nodes with each hex cut into 6 tets round its diagonal 0-6 (Kuhn).
 inline SolidMesh to_tets(SolidMesh mesh) {
-  constexpr std::array<std::array<int, 2>, 6> edges{{{1, 2}, {2, 3}, {3, 7}, {7, 4}, {4, 5}, {5, 1}}};
+  constexpr std::array<std::array<int, 2>, 6> edges{
+      {{1, 2}, {2, 3}, {3, 7}, {7, 4}, {4, 5}, {5, 1}}};
   for (std::size_t h = 0; h < mesh.n_hex(); ++h) {
     const std::int32_t* n = &mesh.hex8[8 * h];
     for (const auto& e : edges) {
@@ -85,8 +89,8 @@ inline SolidMesh to_tets(SolidMesh mesh) {
   return mesh;
 }
 
-/// Ball of hexes: a cube of n^3 cells blown up to a sphere of `radius`, centre at the origin. With
-/// inner_radius > 0 only the six shells between the radii, `layers` cells thick.
+/// Ball of hexes: a cube of n^3 cells blown up to a sphere of `radius`, centre at the origin;
+/// tissue and sets as make_block.
 inline SolidMesh make_ball(int n, double radius) {
   SolidMesh mesh = make_block({.cells = {n, n, n}, .size = {2.0, 2.0, 2.0}});
   for (std::size_t a = 0; a < mesh.n_nodes(); ++a) {
@@ -128,16 +132,20 @@ inline SolidMesh make_shell(int n, int layers, double inner, double outer) {
       const double b = std::tan((2.0 * j / n - 1.0) * 0.78539816339744830962);
       const double r = (inner + (outer - inner) * k / layers) / std::sqrt(1.0 + a * a + b * b);
       // (a, b, 1) turned so that a x b points outward on every cap.
-      const std::array<Point, 6> turned{{{r, r * a, r * b}, {r * b, r, r * a}, {r * a, r * b, r},
-                                         {-r, r * b, r * a}, {r * a, -r, r * b}, {r * b, r * a, -r}}};
+      const std::array<Point, 6> turned{{{r, r * a, r * b},
+                                         {r * b, r, r * a},
+                                         {r * a, r * b, r},
+                                         {-r, r * b, r * a},
+                                         {r * a, -r, r * b},
+                                         {r * b, r * a, -r}}};
       return node(turned[static_cast<std::size_t>(cap)]);
     };
     for (int k = 0; k < layers; ++k)
       for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
-          const std::array<std::int32_t, 8> v{at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k),
-                                              at(i, j, k + 1), at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1),
-                                              at(i, j + 1, k + 1)};
+          const std::array<std::int32_t, 8> v{
+              at(i, j, k),     at(i + 1, j, k),     at(i + 1, j + 1, k),     at(i, j + 1, k),
+              at(i, j, k + 1), at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1), at(i, j + 1, k + 1)};
           mesh.hex8.insert(mesh.hex8.end(), v.begin(), v.end());
           mesh.hex_tissue.push_back(0);
           if (k == 0) mesh.face_sets["inner"].push_back({v[0], v[3], v[2], v[1]});

@@ -23,8 +23,10 @@ inline SolidSetup make_setup(SolidMesh mesh, Material material) {
   return setup;
 }
 
-/// Runs to `end` in equal windows and calls `look` after each; returns the largest energy error seen.
-inline double run(SolidRun& solid, double end, int windows, const std::function<void(double)>& look) {
+/// Runs to `end` in equal windows and calls `look` after each; returns the largest energy error
+/// seen.
+inline double run(SolidRun& solid, double end, int windows,
+                  const std::function<void(double)>& look) {
   CellResults cells;
   double worst = 0.0;
   const double begin = solid.state().time;
@@ -37,8 +39,8 @@ inline double run(SolidRun& solid, double end, int windows, const std::function<
   return worst;
 }
 
-/// Frequency (Hz) of a signal sampled at `step` s, from the mean distance of its rising crossings of
-/// its mean, by linear interpolation.
+/// Frequency (Hz) of a signal sampled at `step` s, from the mean distance of its rising crossings
+/// of its mean, by linear interpolation.
 inline double frequency_of(const std::vector<double>& signal, double step) {
   double mean = 0.0;
   for (const double s : signal) mean += s / static_cast<double>(signal.size());
@@ -59,7 +61,8 @@ inline double frequency_of(const std::vector<double>& signal, double step) {
 }
 
 /// Frequency (Hz) of the strongest line between low and high, Hann window, 1000 trial frequencies.
-inline double strongest_frequency(const std::vector<double>& signal, double step, double low, double high) {
+inline double strongest_frequency(const std::vector<double>& signal, double step, double low,
+                                  double high) {
   const auto n = static_cast<double>(signal.size());
   double mean = 0.0;
   for (const double s : signal) mean += s / n;

@@ -1,10 +1,10 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
-
-#include <Eigen/Dense>
-#include <gtest/gtest.h>
 
 #include "tests/support/solid_runs.hpp"
 
@@ -19,9 +19,11 @@ SolidMesh distorted(bool tets) {
   return tets ? to_tets(mesh) : mesh;
 }
 
-Assembly make_assembly(const SolidMesh& mesh, const Material& material, InstructionSet isa, int threads = 1) {
-  return Assembly(mesh, {material}, {0}, {.threads = threads, .instruction_set = isa, .viscosity = {0.0, 0.0},
-                                          .chunk_elements = 16});
+Assembly make_assembly(const SolidMesh& mesh, const Material& material, InstructionSet isa,
+                       int threads = 1) {
+  return Assembly(
+      mesh, {material}, {0},
+      {.threads = threads, .instruction_set = isa, .viscosity = {0.0, 0.0}, .chunk_elements = 16});
 }
 
 Field linear_field(const SolidMesh& mesh, const Eigen::Matrix3d& H) {
@@ -29,13 +31,14 @@ Field linear_field(const SolidMesh& mesh, const Eigen::Matrix3d& H) {
   for (std::size_t n = 0; n < mesh.n_nodes(); ++n)
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        d[4 * n + static_cast<std::size_t>(i)] += H(i, j) * mesh.nodes[3 * n + static_cast<std::size_t>(j)];
+        d[4 * n + static_cast<std::size_t>(i)] +=
+            H(i, j) * mesh.nodes[3 * n + static_cast<std::size_t>(j)];
   return d;
 }
 
 class EachElement : public ::testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(HexAndTet, EachElement, ::testing::Bool(),
-                         [](const auto& info) { return info.param ? "tet4_anp" : "hex8_q1p0"; });
+                         [](const auto& element) { return element.param ? "tet4_anp" : "hex8_q1p0"; });
 
 TEST_P(EachElement, PassesThePatchTest) {
   const auto mesh = distorted(GetParam());
@@ -43,7 +46,8 @@ TEST_P(EachElement, PassesThePatchTest) {
   H << 0.01, 0.02, -0.03, 0.015, -0.02, 0.01, 0.005, 0.03, 0.02;
   const auto d = linear_field(mesh, H);
   for (const char* law : {"neo_hookean", "linear_elastic"}) {
-    auto assembly = make_assembly(mesh, make_material(law, 1e5, 1e6, 1000.0), best_instruction_set());
+    auto assembly =
+        make_assembly(mesh, make_material(law, 1e5, 1e6, 1000.0), best_instruction_set());
     Field f(d.size());
     assembly.compute_force(d, f, 0.0);
     CellResults cells;
@@ -52,7 +56,10 @@ TEST_P(EachElement, PassesThePatchTest) {
     double stress_spread = 0.0;
     for (std::size_t c = 0; c < mesh.n_cells(); ++c) {
       for (int i = 0; i < 9; ++i)
-        gradient_error = std::max(gradient_error, std::abs(cells[c * n_evaluated + gradient_00 + static_cast<std::size_t>(i)] - H(i / 3, i % 3)));
+        gradient_error =
+            std::max(gradient_error,
+                     std::abs(cells[c * n_evaluated + gradient_00 + static_cast<std::size_t>(i)] -
+                              H(i / 3, i % 3)));
       for (std::size_t k = 0; k < 6; ++k)
         stress_spread = std::max(stress_spread, std::abs(cells[c * n_evaluated + k] - cells[k]));
     }
@@ -60,11 +67,15 @@ TEST_P(EachElement, PassesThePatchTest) {
     double inner = 0.0;
     for (std::size_t n = 0; n < mesh.n_nodes(); ++n) {
       bool inside = true;
-      for (std::size_t i = 0; i < 3; ++i) inside = inside && mesh.nodes[3 * n + i] > 1e-9 && mesh.nodes[3 * n + i] < 1.0 - 1e-9;
-      for (std::size_t i = 0; i < 3; ++i) (inside ? inner : largest) = std::max(inside ? inner : largest, std::abs(f[4 * n + i]));
+      for (std::size_t i = 0; i < 3; ++i)
+        inside = inside && mesh.nodes[3 * n + i] > 1e-9 && mesh.nodes[3 * n + i] < 1.0 - 1e-9;
+      for (std::size_t i = 0; i < 3; ++i)
+        (inside ? inner : largest) = std::max(inside ? inner : largest, std::abs(f[4 * n + i]));
     }
-    std::printf("%s: grad u %.1e, stress %.1e Pa, inner force %.1e of %.1e N\n", law, gradient_error, stress_spread, inner, largest);
-    // Round-off: gradients of order 0.03 / h = 0.1 by some 30 operations; stress scale K * 0.01 = 1e4 Pa.
+    std::printf("%s: grad u %.1e, stress %.1e Pa, inner force %.1e of %.1e N\n", law,
+                gradient_error, stress_spread, inner, largest);
+    // Round-off: gradients of order 0.03 / h = 0.1 by some 30 operations; stress scale K * 0.01 =
+    // 1e4 Pa.
     EXPECT_LT(gradient_error, 1e-12);
     EXPECT_LT(stress_spread, 1e-12 * 1e6);
     EXPECT_LT(inner, 1e-12 * largest);
@@ -73,7 +84,8 @@ TEST_P(EachElement, PassesThePatchTest) {
 
 TEST_P(EachElement, LumpsAllTheMassAndNoMore) {
   const auto mesh = distorted(GetParam());
-  const auto assembly = make_assembly(mesh, make_material("neo_hookean", 1e5, 1e6, 1070.0), InstructionSet::baseline);
+  const auto assembly =
+      make_assembly(mesh, make_material("neo_hookean", 1e5, 1e6, 1070.0), InstructionSet::baseline);
   const auto& mass = assembly.nodal_mass();
   const double sum = std::accumulate(mass.begin(), mass.end(), 0.0);
   std::printf("mass error %.1e\n", sum / 1070.0 - 1.0);
@@ -84,14 +96,18 @@ TEST_P(EachElement, LumpsAllTheMassAndNoMore) {
 
 TEST_P(EachElement, RigidRotationOfTwoTurnsLeavesNoStress) {
   const auto mesh = distorted(GetParam());
-  auto assembly = make_assembly(mesh, make_material("neo_hookean", 1e5, 1e8, 1000.0), best_instruction_set());
+  auto assembly =
+      make_assembly(mesh, make_material("neo_hookean", 1e5, 1e8, 1000.0), best_instruction_set());
   double worst = 0.0;
   for (int step = 1; step <= 48; ++step) {  // 720 degrees in steps of 15
-    const Eigen::Matrix3d R = Eigen::AngleAxisd(step * pi / 12.0, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+    const Eigen::Matrix3d R =
+        Eigen::AngleAxisd(step * pi / 12.0, Eigen::Vector3d(1, 2, 3).normalized())
+            .toRotationMatrix();
     CellResults cells;
     assembly.evaluate(linear_field(mesh, R - Eigen::Matrix3d::Identity()), cells);
     for (std::size_t c = 0; c < mesh.n_cells(); ++c)
-      for (std::size_t k = 0; k < 6; ++k) worst = std::max(worst, std::abs(cells[c * n_evaluated + k]));
+      for (std::size_t k = 0; k < 6; ++k)
+        worst = std::max(worst, std::abs(cells[c * n_evaluated + k]));
   }
   std::printf("largest stress %.1e G (K/G = 1000)\n", worst / 1e5);
   // J - 1 keeps an error of some 1e-16 * |H|^3 = 1e-15; times K = 1000 G.
@@ -101,7 +117,8 @@ TEST_P(EachElement, RigidRotationOfTwoTurnsLeavesNoStress) {
 TEST_P(EachElement, ForcesAreTheDerivativeOfTheEnergy) {
   const auto mesh = distorted(GetParam());
   for (const char* law : {"neo_hookean", "linear_elastic"}) {
-    auto assembly = make_assembly(mesh, make_material(law, 1e5, 1e7, 1000.0), best_instruction_set());
+    auto assembly =
+        make_assembly(mesh, make_material(law, 1e5, 1e7, 1000.0), best_instruction_set());
     Field d(4 * mesh.n_nodes());
     Field direction(d.size());
     for (std::size_t i = 0; i < d.size(); ++i) {
@@ -115,7 +132,8 @@ TEST_P(EachElement, ForcesAreTheDerivativeOfTheEnergy) {
       CellResults cells;
       assembly.evaluate(moved, cells);
       double sum = 0.0;
-      for (std::size_t c = 0; c < mesh.n_cells(); ++c) sum += cells[c * n_evaluated + strain_energy];
+      for (std::size_t c = 0; c < mesh.n_cells(); ++c)
+        sum += cells[c * n_evaluated + strain_energy];
       return sum;
     };
     Field f(d.size());
@@ -124,7 +142,8 @@ TEST_P(EachElement, ForcesAreTheDerivativeOfTheEnergy) {
     for (std::size_t i = 0; i < d.size(); ++i) power += f[i] * direction[i];
     // Fourth-order difference: h^4 E^(5)/30 against rounding eps E/h; both below 1e-8 at h = 1e-4.
     const double h = 1e-4;
-    const double slope = (8.0 * (energy(h) - energy(-h)) - (energy(2.0 * h) - energy(-2.0 * h))) / (12.0 * h);
+    const double slope =
+        (8.0 * (energy(h) - energy(-h)) - (energy(2.0 * h) - energy(-2.0 * h))) / (12.0 * h);
     std::printf("%s: f.d = %.12g, dE = %.12g\n", law, power, slope);
     EXPECT_NEAR(power, slope, 1e-8 * std::abs(power));
   }
@@ -141,14 +160,16 @@ TEST_P(EachElement, GivesTheSameBitsForAnyThreadsAndInstructionSet) {
   for (int isa = 0; isa <= static_cast<int>(best_instruction_set()); ++isa)
     for (const int threads : {1, 2, 3}) {
       Field f(d.size());
-      make_assembly(mesh, material, static_cast<InstructionSet>(isa), threads).compute_force(d, f, 0.0);
+      make_assembly(mesh, material, static_cast<InstructionSet>(isa), threads)
+          .compute_force(d, f, 0.0);
       EXPECT_EQ(f, reference) << "instruction set " << isa << ", threads " << threads;
     }
 }
 
 TEST_P(EachElement, ReportsAnInvertedElement) {
   const auto mesh = distorted(GetParam());
-  auto assembly = make_assembly(mesh, make_material("neo_hookean", 1e5, 1e8, 1000.0), best_instruction_set());
+  auto assembly =
+      make_assembly(mesh, make_material("neo_hookean", 1e5, 1e8, 1000.0), best_instruction_set());
   Field d(4 * mesh.n_nodes());
   Field f(d.size());
   EXPECT_FALSE(assembly.compute_force(d, f, 0.0).bad);
@@ -161,7 +182,8 @@ TEST_P(EachElement, ReportsAnInvertedElement) {
 
 TEST_P(EachElement, UndeformedBodyHasExactlyZeroForce) {
   const auto mesh = distorted(GetParam());
-  auto assembly = make_assembly(mesh, make_material("neo_hookean", 1e5, 1e9, 1000.0), best_instruction_set());
+  auto assembly =
+      make_assembly(mesh, make_material("neo_hookean", 1e5, 1e9, 1000.0), best_instruction_set());
   Field f(4 * mesh.n_nodes(), 1.0);
   assembly.compute_force(Field(f.size()), f, 1e6);
   for (const double value : f) EXPECT_EQ(value, 0.0);
@@ -190,12 +212,14 @@ TEST(MaterialLaws, StressIsTheDerivativeOfTheEnergyForEveryLaw) {
       worst = std::max(worst, std::abs(slope - P[i]) / 1e5);
     }
     std::printf("%s: stress against energy slope %.1e G\n", law.name.c_str(), worst);
-    EXPECT_LT(worst, 1e-8) << law.name;  // fourth-order difference, step 1e-4: (1e-4)^4 and rounding
+    EXPECT_LT(worst, 1e-8)
+        << law.name;  // fourth-order difference, step 1e-4: (1e-4)^4 and rounding
   }
 }
 
 TEST(MaterialLaws, FiniteStrainLawsAreObjectiveAndTheirStressSymmetric) {
-  const Eigen::Matrix3d R = Eigen::AngleAxisd(1.3, Eigen::Vector3d(3, -1, 2).normalized()).toRotationMatrix();
+  const Eigen::Matrix3d R =
+      Eigen::AngleAxisd(1.3, Eigen::Vector3d(3, -1, 2).normalized()).toRotationMatrix();
   for (const auto& law : make_laws()) {
     if (law.name == "linear_elastic") continue;
     std::vector<double> constants(law.constants.size(), 2e5);

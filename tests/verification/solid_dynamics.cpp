@@ -1,10 +1,10 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
-
-#include <Eigen/Dense>
-#include <gtest/gtest.h>
 
 #include "solid_solver/integrators/stable_step.hpp"
 #include "tests/support/solid_runs.hpp"
@@ -17,7 +17,8 @@ using namespace test;
 constexpr std::size_t x_axis = 0;
 constexpr std::size_t z_axis = 2;
 
-FixedNodes fixed_set(const SolidMesh& mesh, const std::string& set, std::array<bool, 3> directions) {
+FixedNodes fixed_set(const SolidMesh& mesh, const std::string& set,
+                     std::array<bool, 3> directions) {
   return {.nodes = mesh.node_sets.at(set), .directions = directions};
 }
 
@@ -34,10 +35,13 @@ Column make_column(const Material& material, bool clamped_sides, double pressure
   column.setup = make_setup(mesh, material);
   const auto& m = *column.setup.mesh;
   if (clamped_sides)
-    for (const char* side : {"x0", "x1"}) column.setup.fixed.push_back(fixed_set(m, side, {true, false, false}));
+    for (const char* side : {"x0", "x1"})
+      column.setup.fixed.push_back(fixed_set(m, side, {true, false, false}));
   if (clamped_sides)
-    for (const char* side : {"y0", "y1"}) column.setup.fixed.push_back(fixed_set(m, side, {false, true, false}));
-  column.setup.pressures.push_back({.facets = m.face_sets.at("z1"), .pressure = {{0.0}, {pressure}}});
+    for (const char* side : {"y0", "y1"})
+      column.setup.fixed.push_back(fixed_set(m, side, {false, true, false}));
+  column.setup.pressures.push_back(
+      {.facets = m.face_sets.at("z1"), .pressure = {{0.0}, {pressure}}});
   return column;
 }
 
@@ -50,7 +54,9 @@ void check_wave(Column column, double c, double pressure, double density) {
   double mean = 0.0;
   int samples = 0;
   const double energy_error = run(solid, 0.9 * column.length / c, 90, [&](double t) {
-    const auto velocity = [&](int k) { return -solid.state().velocity[4 * (4 * static_cast<std::size_t>(k)) + z_axis]; };
+    const auto velocity = [&](int k) {
+      return -solid.state().velocity[4 * (4 * static_cast<std::size_t>(k)) + z_axis];
+    };
     if (t < 0.2 * column.length / c) return;
     for (int k = 0; k < column.cells; ++k) {
       if (!(velocity(k) < 0.5 * plateau && velocity(k + 1) >= 0.5 * plateau)) continue;
@@ -73,8 +79,11 @@ void check_wave(Column column, double c, double pressure, double density) {
     stf += times[i] * fronts[i];
   }
   const double speed = (n * stf - st * sf) / (n * stt - st * st);
-  std::printf("speed %.4f of %.4f m/s (%+.3f %%), velocity %.6f of %.6f m/s (%+.3f %%), energy error %.1e\n", speed, c,
-              100.0 * (speed / c - 1.0), mean, plateau, 100.0 * (mean / plateau - 1.0), energy_error);
+  std::printf(
+      "speed %.4f of %.4f m/s (%+.3f %%), velocity %.6f of %.6f m/s (%+.3f %%), energy error "
+      "%.1e\n",
+      speed, c, 100.0 * (speed / c - 1.0), mean, plateau, 100.0 * (mean / plateau - 1.0),
+      energy_error);
   ASSERT_GT(times.size(), 20u);
   EXPECT_NEAR(speed, c, 0.005 * c);
   EXPECT_NEAR(mean, plateau, 0.01 * plateau);
@@ -85,7 +94,8 @@ TEST(BarWave, StepLoadTravelsAtTheBarSpeed) {
   const double young = 1e6;
   const double density = 1000.0;
   // 100 Pa strains by 1e-4: the neo-Hookean bar is linear to 1e-4.
-  check_wave(make_column(make_neo_hookean(young, 0.0, density), false, 100.0), std::sqrt(young / density), 100.0, density);
+  check_wave(make_column(make_neo_hookean(young, 0.0, density), false, 100.0),
+             std::sqrt(young / density), 100.0, density);
 }
 
 TEST(PressureWave, StepLoadTravelsAtTheDilatationalSpeed) {
@@ -122,7 +132,8 @@ TEST(BreathingMode, ShellRingsAtTheExactFrequency) {
     radius.push_back(sum);
   });
   const double f = frequency_of(radius, sample);
-  std::printf("breathing mode %.3f Hz of 868.496 (%+.2f %%), energy error %.1e\n", f, 100.0 * (f / 868.496 - 1.0), energy_error);
+  std::printf("breathing mode %.3f Hz of 868.496 (%+.2f %%), energy error %.1e\n", f,
+              100.0 * (f / 868.496 - 1.0), energy_error);
   EXPECT_NEAR(f, 868.496, 0.01 * 868.496);
   EXPECT_LT(energy_error, 1e-3);
 }
@@ -134,7 +145,8 @@ double bending_column(int n, const Material& material, bool tets, double end) {
   setup.fixed.push_back(fixed_set(*setup.mesh, "z0", {true, true, true}));
   SolidRun solid(setup);
   for (std::size_t a = 0; a < solid.mesh().n_nodes(); ++a)
-    solid.set_velocity(static_cast<std::int32_t>(a), {10.0 * solid.mesh().nodes[3 * a + z_axis] / 6.0, 0.0, 0.0});
+    solid.set_velocity(static_cast<std::int32_t>(a),
+                       {10.0 * solid.mesh().nodes[3 * a + z_axis] / 6.0, 0.0, 0.0});
   double largest = 0.0;
   const std::size_t corner = solid.mesh().n_nodes() - 1;
   const double error = run(solid, end, 100, [&](double) {
@@ -148,7 +160,8 @@ TEST(BendingColumn, Q1P0DoesNotLockAtAThousandTimesTheShearModulus) {
   const auto material = make_neo_hookean(17e6, 0.4995, 1100.0);
   const double two = bending_column(2, material, false, 0.55);
   const double four = bending_column(4, material, false, 0.55);
-  std::printf("largest u_x: N = 2 %.3f m (2.81), N = 4 %.3f m (2.85), converged 2.87 m\n", two, four);
+  std::printf("largest u_x: N = 2 %.3f m (2.81), N = 4 %.3f m (2.85), converged 2.87 m\n", two,
+              four);
   EXPECT_NEAR(two, 2.81, 0.01 * 2.81);
   EXPECT_NEAR(four, 2.85, 0.01 * 2.85);
 }
@@ -161,11 +174,13 @@ TEST(BendingColumn, AveragedPressureTetsBendAsMeasuredElsewhere) {
 }
 
 TEST(SpinningCube, KeepsMomentumAndEnergy) {
-  auto setup = make_setup(make_block({.cells = {4, 4, 4}, .size = {1.0, 1.0, 1.0}}), make_neo_hookean(17e6, 0.3, 1100.0));
+  auto setup = make_setup(make_block({.cells = {4, 4, 4}, .size = {1.0, 1.0, 1.0}}),
+                          make_neo_hookean(17e6, 0.3, 1100.0));
   SolidRun solid(setup);
   const Eigen::Vector3d omega = 105.0 * Eigen::Vector3d(1, 1, 1).normalized();
   for (std::size_t n = 0; n < solid.mesh().n_nodes(); ++n) {
-    const Eigen::Vector3d x(solid.mesh().nodes[3 * n] - 0.5, solid.mesh().nodes[3 * n + 1] - 0.5, solid.mesh().nodes[3 * n + 2] - 0.5);
+    const Eigen::Vector3d x(solid.mesh().nodes[3 * n] - 0.5, solid.mesh().nodes[3 * n + 1] - 0.5,
+                            solid.mesh().nodes[3 * n + 2] - 0.5);
     const Eigen::Vector3d v = omega.cross(x);
     solid.set_velocity(static_cast<std::int32_t>(n), {v[0], v[1], v[2]});
   }
@@ -175,20 +190,24 @@ TEST(SpinningCube, KeepsMomentumAndEnergy) {
   for (std::size_t i = 3; i < 6; ++i) scale = std::max(scale, std::abs(before[i]));
   const double energy_error = run(solid, 0.06, 600, [&](double) {  // one turn
     const auto now = solid.momenta();
-    for (std::size_t i = 0; i < 6; ++i) worst[i] = std::max(worst[i], std::abs(now[i] - before[i]) / scale);
+    for (std::size_t i = 0; i < 6; ++i)
+      worst[i] = std::max(worst[i], std::abs(now[i] - before[i]) / scale);
   });
   const double linear = *std::max_element(worst.begin(), worst.begin() + 3);
   const double angular = *std::max_element(worst.begin() + 3, worst.end());
-  std::printf("linear momentum %.1e, angular %.1e of the angular one, energy error %.1e\n", linear, angular, energy_error);
+  std::printf("linear momentum %.1e, angular %.1e of the angular one, energy error %.1e\n", linear,
+              angular, energy_error);
   EXPECT_LT(linear, 1e-10);
   EXPECT_LT(angular, 1e-10);
   EXPECT_LT(energy_error, 1e-3);
 }
 
 TEST(WaterSphere, SwingsAboutTheAppliedPressureAtItsAcousticFrequency) {
-  // K = 2.25 GPa, G = 1 kPa, R = 12 mm: 62 500 Hz; a sudden uniform 100 kPa leaves a mean of 100 kPa.
+  // K = 2.25 GPa, G = 1 kPa, R = 12 mm: 62 500 Hz; a sudden uniform 100 kPa leaves a mean of 100
+  // kPa.
   auto setup = make_setup(make_ball(10, 0.012), make_material("neo_hookean", 1e3, 2.25e9, 1000.0));
-  setup.pressures.push_back({.facets = setup.mesh->face_sets.at("wet"), .pressure = {{0.0}, {1e5}}});
+  setup.pressures.push_back(
+      {.facets = setup.mesh->face_sets.at("wet"), .pressure = {{0.0}, {1e5}}});
   SolidRun solid(setup);
   std::vector<double> pressure;
   CellResults cells;
@@ -204,12 +223,91 @@ TEST(WaterSphere, SwingsAboutTheAppliedPressureAtItsAcousticFrequency) {
     }
     pressure.push_back(sum / volume);
   });
-  const double mean = std::accumulate(pressure.begin(), pressure.end(), 0.0) / static_cast<double>(pressure.size());
+  const double mean =
+      std::accumulate(pressure.begin(), pressure.end(), 0.0) / static_cast<double>(pressure.size());
   const double f = strongest_frequency(pressure, sample, 40e3, 90e3);
-  std::printf("frequency %.0f Hz of 62500 (%+.2f %%), mean %.2f kPa of 100, energy error %.1e\n", f, 100.0 * (f / 62500.0 - 1.0), 1e-3 * mean, energy_error);
+  std::printf("frequency %.0f Hz of 62500 (%+.2f %%), mean %.2f kPa of 100, energy error %.1e\n", f,
+              100.0 * (f / 62500.0 - 1.0), 1e-3 * mean, energy_error);
   EXPECT_NEAR(f, 62500.0, 0.02 * 62500.0);
   EXPECT_NEAR(mean, 1e5, 5e3);
   EXPECT_LT(energy_error, 1e-3);
+}
+
+TEST(Springs, CarryABlockAtTheirFrequency) {
+  // A stiff cube of 1 kg on springs of 8 x 1e4 N/m: omega = sqrt(8e4) rad/s, its own modes are 1000
+  // times higher.
+  auto setup = make_setup(make_block({.cells = {1, 1, 1}, .size = {0.1, 0.1, 0.1}}),
+                          make_neo_hookean(1e9, 0.3, 1000.0));
+  SpringSet set{.nodes = {0, 1, 2, 3, 4, 5, 6, 7}};
+  set.stiffness.assign(8, 1e4);
+  set.damping.assign(8, 0.0);
+  setup.springs.push_back(set);
+  SolidRun solid(setup);
+  for (std::int32_t n = 0; n < 8; ++n) solid.set_velocity(n, {0.0, 0.01, 0.0});
+  std::vector<double> y;
+  const double sample = 5e-4;
+  const double energy_error =
+      run(solid, 0.2, 400, [&](double) { y.push_back(solid.state().displacement[1]); });
+  const double exact = std::sqrt(8e4) / (2.0 * pi);
+  const double f = frequency_of(y, sample);
+  std::printf("spring frequency %.4f Hz of %.4f, energy error %.1e\n", f, exact, energy_error);
+  EXPECT_NEAR(f, exact, 1e-3 * exact);
+  EXPECT_LT(energy_error, 1e-3);
+}
+
+TEST(Dashpots, TakeExactlyTheEnergyThatIsLost) {
+  auto setup = make_setup(make_block({.cells = {2, 2, 2}, .size = {0.1, 0.1, 0.1}}),
+                          make_neo_hookean(1e6, 0.3, 1000.0));
+  SpringSet set{.nodes = setup.mesh->node_sets.at("z0")};
+  set.stiffness.assign(set.nodes.size(), 1e3);
+  set.damping.assign(set.nodes.size(), 1.0);
+  setup.springs.push_back(set);
+  SolidRun solid(setup);
+  for (std::size_t n = 0; n < solid.mesh().n_nodes(); ++n)
+    solid.set_velocity(static_cast<std::int32_t>(n), {0.0, 0.0, 0.1});
+  const double energy_error = run(solid, 0.05, 50, [](double) {});
+  std::printf("dissipated %.4g J of %.4g, energy error %.1e\n", solid.sums().damping,
+              solid.sums().initial, energy_error);
+  EXPECT_GT(solid.sums().damping, 0.05 * solid.sums().initial);
+  EXPECT_LT(energy_error, 1e-3);
+}
+
+TEST(PrescribedNodes, FollowTheScheduleAndDoTheWork) {
+  auto setup = make_setup(make_block({.cells = {2, 2, 8}, .size = {0.1, 0.1, 0.4}}),
+                          make_neo_hookean(1e6, 0.3, 1000.0));
+  // Velocity ramps up and down: 1 cm in 20 ms.
+  setup.prescribed.push_back({.nodes = setup.mesh->node_sets.at("z0"),
+                              .direction = z_axis,
+                              .quantity = PrescribedNodes::Quantity::velocity,
+                              .schedule = {{0.0, 0.01, 0.02}, {0.0, 1.0, 0.0}}});
+  SolidRun solid(setup);
+  const double energy_error = run(solid, 0.04, 80, [](double) {});
+  const auto node = static_cast<std::size_t>(solid.mesh().node_sets.at("z0").front());
+  const double moved = solid.state().displacement[4 * node + z_axis];
+  std::printf("moved %.9f m, work %.4g J, energy error %.1e\n", moved, solid.sums().external,
+              energy_error);
+  EXPECT_NEAR(moved, 0.01, 1e-12);  // sums of some hundred steps' rounding
+  EXPECT_GT(solid.sums().external, 0.0);
+  EXPECT_LT(energy_error, 1e-3);
+}
+
+TEST(FollowerPressure, OfAClosedDeformedSurfaceHasNoResultant) {
+  const auto mesh = make_ball(4, 1.0);
+  const FollowerPressure surface(mesh, mesh.face_sets.at("wet"));
+  AlignedVector<double> d(4 * mesh.n_nodes());
+  for (std::size_t i = 0; i < d.size(); ++i)
+    d[i] = i % 4 == 3 ? 0.0 : 0.1 * std::sin(static_cast<double>(i));
+  const std::vector<double> p(surface.nodes().size(), 1e5);
+  std::vector<double> f(3 * p.size());
+  surface.compute_forces(d, p, f);
+  double sum[3] = {};
+  double largest = 0.0;
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    sum[i % 3] += f[i];
+    largest = std::max(largest, std::abs(f[i]));
+  }
+  // Both cuts of a warped quad have its area vector, so a closed surface of quads stays closed.
+  for (const double s : sum) EXPECT_LT(std::abs(s), 1e-11 * largest);
 }
 
 TEST(StableStep, LanczosFindsTheLargestEigenvalueOfTheDenseMatrix) {
@@ -235,23 +333,31 @@ TEST(StableStep, LanczosFindsTheLargestEigenvalueOfTheDenseMatrix) {
     unit[4 * (c / 3) + c % 3] = 1.0;
     product(unit, column);
     for (std::size_t r = 0; r < 3 * n; ++r)
-      A(static_cast<long>(r), static_cast<long>(c)) = column[4 * (r / 3) + r % 3] *
+      A(static_cast<long>(r), static_cast<long>(c)) =
+          column[4 * (r / 3) + r % 3] *
           std::sqrt(inverse_mass[4 * (r / 3)] * inverse_mass[4 * (c / 3)]);
   }
-  const double exact = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (A + A.transpose())).eigenvalues().maxCoeff());
+  const double exact =
+      std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (A + A.transpose()))
+                    .eigenvalues()
+                    .maxCoeff());
   const auto found = largest_frequency(inverse_mass, product, 20);
   SolidRun solid(setup);
-  std::printf("omega %.6e, dense %.6e (%.1e), %d products\n", found.omega, exact, found.omega / exact - 1.0, found.products);
-  EXPECT_NEAR(found.omega, exact, 1e-3 * exact);  // Ritz values converge as the square of the vector's error
+  std::printf("omega %.6e, dense %.6e (%.1e), %d products\n", found.omega, exact,
+              found.omega / exact - 1.0, found.products);
+  EXPECT_NEAR(found.omega, exact,
+              1e-3 * exact);  // Ritz values converge as the square of the vector's error
   EXPECT_NEAR(solid.stable_step(), 0.9 * 2.0 / exact, 1e-3 * 2.0 / exact);
 }
 
 TEST(Sleep, GivesTheSameBitsAsComputing) {
   const auto make = [](bool sleep) {
-    auto setup = make_setup(make_block({.cells = {4, 4, 4}, .size = {0.1, 0.1, 0.1}}), make_neo_hookean(1e6, 0.49, 1000.0));
+    auto setup = make_setup(make_block({.cells = {4, 4, 4}, .size = {0.1, 0.1, 0.1}}),
+                            make_neo_hookean(1e6, 0.49, 1000.0));
     setup.assembly.viscosity = {};
     setup.control.sleep = sleep;
-    setup.pressures.push_back({.facets = setup.mesh->face_sets.at("z1"), .pressure = {{0.0, 1e-3, 1.1e-3}, {0.0, 0.0, 5e4}}});
+    setup.pressures.push_back({.facets = setup.mesh->face_sets.at("z1"),
+                               .pressure = {{0.0, 1e-3, 1.1e-3}, {0.0, 0.0, 5e4}}});
     return SolidRun(setup);
   };
   auto asleep = make(true);
@@ -273,7 +379,8 @@ TEST(Threads, DoNotChangeARun) {
     setup.assembly.threads = threads;
     setup.assembly.viscosity = {};
     setup.assembly.chunk_elements = 16;
-    setup.pressures.push_back({.facets = setup.mesh->face_sets.at("wet"), .pressure = {{0.0}, {1e5}}});
+    setup.pressures.push_back(
+        {.facets = setup.mesh->face_sets.at("wet"), .pressure = {{0.0}, {1e5}}});
     SolidRun solid(setup);
     solid.advance({.t_begin = 0.0, .t_end = 2e-5});
     return solid.state().velocity;
