@@ -58,10 +58,10 @@ int cell_along(const Axis& axis, double x) {
   const int low = -n_ghost;
   const int high = axis.n + n_ghost - 2;
   const double guess = (x - axis.min) / (axis.max - axis.min) * axis.n - 0.5;
-  int i = static_cast<int>(std::clamp(std::floor(guess), double(low), double(high)));
-  while (i > low && x < axis.x(i)) --i;
-  while (i < high && x >= axis.x(i + 1)) ++i;
-  return i;
+  const int i = static_cast<int>(std::clamp(std::floor(guess), double(low), double(high)));
+  if (axis.x(i) <= x && x < axis.x(i + 1)) return i;  // right away on a uniform grid
+  const auto above = std::upper_bound(axis.node.begin(), axis.node.end(), x);
+  return std::clamp(static_cast<int>(above - axis.node.begin()) - 1 - n_ghost, low, high);
 }
 
 }  // namespace
