@@ -12,8 +12,8 @@ namespace ocublast::flow {
 
 /// Nearest point of a triangle and its barycentric coordinates.
 struct TrianglePoint {
-  Vec3 point;                          ///< m
-  std::array<double, 3> weight{};      ///< of the corners, not negative, sum 1
+  Vec3 point;                      ///< m
+  std::array<double, 3> weight{};  ///< of the corners, not negative, sum 1
 };
 
 /// Ericson (2005), Real-Time Collision Detection, section 5.1.5.
@@ -31,7 +31,8 @@ class AabbTree {
   /// Nearest point to x among the facets for which `accept(facet, point)` holds and whose squared
   /// distance is below `best2` (m^2, lowered). Returns the facet, -1: none.
   template <class Accept>
-  std::int32_t nearest(const Vec3& x, double& best2, TrianglePoint& best, const Accept& accept) const;
+  std::int32_t nearest(const Vec3& x, double& best2, TrianglePoint& best,
+                       const Accept& accept) const;
 
   /// Calls `visit(facet)` for all facets whose leaf boxes overlap `range`.
   template <class Visit>

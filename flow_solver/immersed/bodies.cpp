@@ -1,9 +1,9 @@
 #include "flow_solver/immersed/bodies.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 
@@ -26,7 +26,8 @@ void find_place_faults(const Grid& grid, const Body& body, std::vector<std::stri
           "body '{}': reaches from {} = {} m to {} m, the grid from {} m to {} m; move the body or "
           "the grid{}",
           body.name, axis_name[a], box.low[a], box.high[a], low, high,
-          axis.present ? "" : " (an absent direction has one plane of nodes: the body must cross it)"));
+          axis.present ? ""
+                       : " (an absent direction has one plane of nodes: the body must cross it)"));
     }
   }
 }
@@ -50,7 +51,8 @@ bool is_zero(const std::vector<double>& values) {
 
 BodyState::BodyState(Body&& b, double smooth_below_degrees)
     : body(std::move(b)),
-      topology((orient_outward(body.surface), make_surface_topology(body.surface, smooth_below_degrees))),
+      topology((orient_outward(body.surface),
+                make_surface_topology(body.surface, smooth_below_degrees))),
       path(body.surface.vertices),
       position(body.surface.vertices),
       velocity(position.size(), 0.0),
@@ -61,8 +63,7 @@ BodyState::BodyState(Body&& b, double smooth_below_degrees)
 }
 
 Bodies::Bodies(const Grid& grid, std::vector<Body> bodies, double smooth_below_degrees)
-    : snapped_(grid),
-      present_{grid.axis[0].present, grid.axis[1].present, grid.axis[2].present} {
+    : snapped_(grid), present_{grid.axis[0].present, grid.axis[1].present, grid.axis[2].present} {
   bodies = check(grid, std::move(bodies));
   state_.reserve(bodies.size());
   for (Body& body : bodies) state_.emplace_back(std::move(body), smooth_below_degrees);
@@ -133,8 +134,8 @@ int Bodies::winding(std::size_t b, const Vec3& x) const {
   s.tree.visit(range, [&](std::int32_t f) {
     const Corners& v = s.topology.facet[f];
     double position = 0.0;
-    const int turn = meet_triangle(s.snapped[v[0]], s.snapped[v[1]], s.snapped[v[2]], 0, at[1],
-                                   at[2], position);
+    const int turn =
+        meet_triangle(s.snapped[v[0]], s.snapped[v[1]], s.snapped[v[2]], 0, at[1], at[2], position);
     if (turn != 0 && position > along) turns -= turn;
   });
   return turns;

@@ -26,12 +26,12 @@ struct BodyState {
   bool moved_since_topology = true;
   bool moved_since_ghosts = false;
 
-  AabbTree tree;                                ///< of the last topology
-  std::vector<Point64> snapped;                 ///< of the last topology
-  std::array<LineCrossings, 3> crossings;       ///< of the last topology, per direction
-  std::vector<double> searched;                 ///< positions at which feet were last searched
-  std::vector<std::uint8_t> stale;              ///< per facet: moved too far since
-  std::vector<std::uint8_t> buried;             ///< per facet: all corners in other bodies
+  AabbTree tree;                           ///< of the last topology
+  std::vector<Point64> snapped;            ///< of the last topology
+  std::array<LineCrossings, 3> crossings;  ///< of the last topology, per direction
+  std::vector<double> searched;            ///< positions at which feet were last searched
+  std::vector<std::uint8_t> stale;         ///< per facet: moved too far since
+  std::vector<std::uint8_t> buried;        ///< per facet: all corners in other bodies
 
   explicit BodyState(Body&& b, double smooth_below_degrees);
   [[nodiscard]] Vec3 vertex(std::int32_t v) const { return row(position, v); }

@@ -17,16 +17,17 @@ struct Segment {
   int c = 0;
   int begin = 0;
   int end = 0;
-  int wall_low = -1;   ///< index of the wall end before node `begin`; -1: reaches the domain boundary
+  int wall_low =
+      -1;  ///< index of the wall end before node `begin`; -1: reaches the domain boundary
   int wall_high = -1;  ///< index of the wall end behind node `end - 1`; -1 likewise
 };
 
 /// All lines of one direction that a body cuts. Lines not marked are uncut fluid from end to end;
 /// a marked line without a segment lies in a body altogether.
 struct CutLines {
-  std::vector<std::uint8_t> cut;   ///< [n_c, n_b] 1 where the line is listed in `segments`
-  std::vector<Segment> segments;   ///< ordered by c, then b, then begin
-  int n_walls = 0;                 ///< wall ends of this direction
+  std::vector<std::uint8_t> cut;  ///< [n_c, n_b] 1 where the line is listed in `segments`
+  std::vector<Segment> segments;  ///< ordered by c, then b, then begin
+  int n_walls = 0;                ///< wall ends of this direction
   /// Ghost states of the wall ends [n_walls, n_ghost, n_primitive], layer 0 next to the fluid;
   /// renewed at every stage; their place in memory changes with the topology only.
   std::vector<double> ghost;

@@ -106,8 +106,11 @@ Foot find_foot(const Bodies& bodies, const Vec3& x, const Vec3& crossing, std::i
   }
   if (best_body >= 0) return make_foot(bodies, x, best_body, best_facet, best, &side);
   // Nothing nearer than the crossing itself: the crossed facet's plane.
-  Foot foot{.point = crossing, .normal = side, .weight = on_facet(bodies[body], facet, crossing).weight,
-            .body = body, .facet = facet};
+  Foot foot{.point = crossing,
+            .normal = side,
+            .weight = on_facet(bodies[body], facet, crossing).weight,
+            .body = body,
+            .facet = facet};
   foot.depth = dot(crossing - x, side);
   foot.point = x + foot.depth * side;
   return foot;
@@ -158,7 +161,8 @@ Foot nearest_foot(const Bodies& bodies, const Vec3& x, double reach) {
 }
 
 Foot foot_on_facet(const BodyState& body, std::int32_t facet, const Vec3& point) {
-  Foot foot{.point = point, .normal = body.geometry.normal[facet],
+  Foot foot{.point = point,
+            .normal = body.geometry.normal[facet],
             .weight = on_facet(body, facet, point).weight};
   foot.curvature = normal_gradient(body, facet);
   foot.facet = facet;

@@ -13,8 +13,8 @@ struct Foot {
   Vec3 normal;                     ///< unit, into the gas
   double depth = 0.0;              ///< m, of the point below the surface; negative: in front of it
   std::array<double, 3> weight{};  ///< barycentric, of the facet's corners
-  /// 1/m, symmetric part of the gradient of the smooth normal: xx, yy, zz, xy, yz, zx. Positive along
-  /// a convex direction, zero on facets with sharp edges all round.
+  /// 1/m, symmetric part of the gradient of the smooth normal: xx, yy, zz, xy, yz, zx. Positive
+  /// along a convex direction, zero on facets with sharp edges all round.
   std::array<double, 6> curvature{};
   std::int32_t body = -1;
   std::int32_t facet = -1;

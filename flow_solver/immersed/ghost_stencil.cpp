@@ -1,8 +1,8 @@
 // Ghost states of Mittal et al. (2008), doi:10.1016/j.jcp.2008.01.028: image of the ghost in the
 // wall, multilinear interpolation there, wall condition half-way. Different here: the ghost belongs
 // to a wall end, corners behind the wall are left out, the weights of the rest renormalised; the
-// interpolated state then stands for the weighted mean place of its corners, whose distance from the
-// wall enters the wall condition in place of the image's.
+// interpolated state then stands for the weighted mean place of its corners, whose distance from
+// the wall enters the wall condition in place of the image's.
 #include "flow_solver/immersed/ghost_stencil.hpp"
 
 #include <algorithm>
@@ -25,12 +25,13 @@ constexpr double plane_slack = 1e-9;
 constexpr double least_weight = 1e-13;
 /// Bounds of a ghost's pressure and temperature as multiples of the image's.
 constexpr double lowest_ratio = 0.3;
-/// Largest pressure difference by the turning of the stream along the wall, of the image's pressure:
-/// at supersonic speed behind a body the unlimited term feeds oscillations (measured at Mach 3).
+/// Largest pressure difference by the turning of the stream along the wall, of the image's
+/// pressure: at supersonic speed behind a body the unlimited term feeds oscillations (measured at
+/// Mach 3).
 constexpr double largest_turning = 0.1;
-/// Largest ratio of a ghost's depth to its image's distance in the wall condition; beyond it the odd
-/// part stays constant. Reached neither by the limited image (4 / 3.45) nor by a wall that moves on
-/// under an image within a step.
+/// Largest ratio of a ghost's depth to its image's distance in the wall condition; beyond it the
+/// odd part stays constant. Reached neither by the limited image (4 / 3.45) nor by a wall that
+/// moves on under an image within a step.
 constexpr double farthest_reach = 1.25;
 constexpr double highest_ratio = 3.0;
 
@@ -229,8 +230,8 @@ double pressure_towards_wall(const Foot& foot, const Sample& sample, const WallS
   const double turning =
       std::clamp(rho * turning_acceleration(foot, sample.u - wall.velocity) * apart,
                  -largest_turning * sample.p, largest_turning * sample.p);
-  return std::clamp(sample.p + rho * wall.acceleration * apart - turning,
-                    lowest_ratio * sample.p, highest_ratio * sample.p);
+  return std::clamp(sample.p + rho * wall.acceleration * apart - turning, lowest_ratio * sample.p,
+                    highest_ratio * sample.p);
 }
 
 std::array<double, n_primitive> ghost_state(const Foot& foot, const Stencil& stencil,
@@ -243,8 +244,7 @@ std::array<double, n_primitive> ghost_state(const Foot& foot, const Stencil& ste
   const Vec3 u = wall.slip == WallSlip::no_slip
                      ? wall.velocity - reach * relative
                      : image.u - (1.0 + reach) * dot(relative, foot.normal) * foot.normal;
-  const double p =
-      pressure_towards_wall(foot, image, wall, stencil.distance + foot.depth, gas);
+  const double p = pressure_towards_wall(foot, image, wall, stencil.distance + foot.depth, gas);
   double T = image.T;
   if (wall.temperature > 0.0) {
     T = std::clamp(wall.temperature - reach * (image.T - wall.temperature), lowest_ratio * image.T,

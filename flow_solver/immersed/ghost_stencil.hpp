@@ -56,7 +56,9 @@ class FluidNodes {
   [[nodiscard]] Vec3 place(const NodeIndex& node) const;
   /// Cell [base, base + 1] around x; absent directions: 0.
   [[nodiscard]] NodeIndex cell(const Vec3& x) const;
-  [[nodiscard]] bool is_fluid(const NodeIndex& node) const { return tag_[offset(node)] == tag_fluid; }
+  [[nodiscard]] bool is_fluid(const NodeIndex& node) const {
+    return tag_[offset(node)] == tag_fluid;
+  }
   [[nodiscard]] std::size_t offset(const NodeIndex& node) const {
     return static_cast<std::size_t>(node[0]) +
            static_cast<std::size_t>(grid_.axis[0].n) *
@@ -82,15 +84,15 @@ class FluidNodes {
 
 /// State and motion of the wall at a foot.
 struct WallState {
-  Vec3 velocity;          ///< m/s
+  Vec3 velocity;              ///< m/s
   double acceleration = 0.0;  ///< m/s^2, along the normal
   WallSlip slip = WallSlip::slip;
-  double temperature = 0.0;   ///< K, 0: adiabatic
+  double temperature = 0.0;  ///< K, 0: adiabatic
 };
 
-/// Pressure [Pa] at the wall, or a distance `apart` (m) below the sample, that belongs to a sample in
-/// front of it: slope -rho a_n of the accelerated wall and rho u_t . grad n . u_t of gas that turns
-/// with a curved wall.
+/// Pressure [Pa] at the wall, or a distance `apart` (m) below the sample, that belongs to a sample
+/// in front of it: slope -rho a_n of the accelerated wall and rho u_t . grad n . u_t of gas that
+/// turns with a curved wall.
 [[nodiscard]] double pressure_towards_wall(const Foot& foot, const Sample& sample,
                                            const WallState& wall, double apart,
                                            const Gas& gas) noexcept;
@@ -99,7 +101,8 @@ struct WallState {
 /// part only for a slip wall), pressure with the slope -rho a_n, temperature even or linear through
 /// the wall's.
 [[nodiscard]] std::array<double, n_primitive> ghost_state(const Foot& foot, const Stencil& stencil,
-                                                          const Sample& image, const WallState& wall,
+                                                          const Sample& image,
+                                                          const WallState& wall,
                                                           const Gas& gas) noexcept;
 
 }  // namespace ocublast::flow

@@ -44,8 +44,12 @@ struct ImmersedBoundary::State {
   bool has_topology = false;
 
   State(const Grid& g, const Gas& gas_, std::vector<Body>&& b, const ImmersedOptions& o)
-      : grid(g), gas(gas_), options(o), h_min(finest_spacing(g)),
-        bodies(grid, std::move(b), o.smooth_below_degrees), thickness(bodies.size()) {}
+      : grid(g),
+        gas(gas_),
+        options(o),
+        h_min(finest_spacing(g)),
+        bodies(grid, std::move(b), o.smooth_below_degrees),
+        thickness(bodies.size()) {}
 
   [[nodiscard]] FluidNodes nodes() const {
     const CutGrid& cut = topology.cut;
@@ -99,7 +103,8 @@ void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
           at[3 + a] = motion_there.velocity[a];
         }
       }
-      std::copy(state.begin(), state.end(), values.begin() + static_cast<std::ptrdiff_t>(g * n_primitive));
+      std::copy(state.begin(), state.end(),
+                values.begin() + static_cast<std::ptrdiff_t>(g * n_primitive));
       fallbacks += ghost.stencil.own_state ? 1 : 0;
     }
   }
@@ -115,8 +120,8 @@ bool ImmersedBoundary::State::rebuild(const NodeIndex& node, const Foot& foot,
   // The node itself must not serve: it is what is being rebuilt. Only neighbours farther out do.
   Stencil stencil;
   constexpr double least_share = 0.05;
-  if (view.weigh(foot.point + h * foot.normal, foot.point, foot.normal, &node, least_share, stencil) <
-      least_share) {
+  if (view.weigh(foot.point + h * foot.normal, foot.point, foot.normal, &node, least_share,
+                 stencil) < least_share) {
     return false;
   }
   double others = 0.0;
@@ -166,8 +171,12 @@ ImmersedBoundary::~ImmersedBoundary() = default;
 ImmersedBoundary::ImmersedBoundary(ImmersedBoundary&&) noexcept = default;
 ImmersedBoundary& ImmersedBoundary::operator=(ImmersedBoundary&&) noexcept = default;
 
-std::size_t ImmersedBoundary::n_bodies() const { return state_->bodies.size(); }
-const Body& ImmersedBoundary::body(std::size_t b) const { return state_->bodies[b].body; }
+std::size_t ImmersedBoundary::n_bodies() const {
+  return state_->bodies.size();
+}
+const Body& ImmersedBoundary::body(std::size_t b) const {
+  return state_->bodies[b].body;
+}
 
 void ImmersedBoundary::set_path(std::size_t b, double t_begin, double t_end,
                                 std::span<const double> position_end,
@@ -178,7 +187,9 @@ void ImmersedBoundary::set_straight_path(std::size_t b, double t_begin, double t
                                          std::span<const double> position_end) {
   state_->bodies[b].path.set_straight(t_begin, t_end, position_end);
 }
-void ImmersedBoundary::move_to(double t) { state_->bodies.move_to(t); }
+void ImmersedBoundary::move_to(double t) {
+  state_->bodies.move_to(t);
+}
 
 TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
   State& s = *state_;
@@ -193,10 +204,11 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
     if (s.bodies[b].body.moves) s.thickness[b].update(s.bodies[b], s.h_min);
   }
   const auto& tag = s.topology.cut.tag;
-  s.report = {.blocked_segments = s.topology.cut.blocked_segments,
-              .fluid_nodes = static_cast<std::size_t>(std::count(tag.begin(), tag.end(), tag_fluid)),
-              .smallest_gap = s.topology.cut.smallest_gap,
-              .open_lines = s.topology.cut.open_lines};
+  s.report = {
+      .blocked_segments = s.topology.cut.blocked_segments,
+      .fluid_nodes = static_cast<std::size_t>(std::count(tag.begin(), tag.end(), tag_fluid)),
+      .smallest_gap = s.topology.cut.smallest_gap,
+      .open_lines = s.topology.cut.open_lines};
   if (s.has_topology) s.fill_fresh_nodes(W, old);
   s.has_topology = true;
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
@@ -210,15 +222,22 @@ void ImmersedBoundary::compute_ghosts(FieldsView<double> W) {
   for (int axis = 0; axis < 3; ++axis) s.fill_ghosts(axis, W);
   for (std::size_t b = 0; b < s.bodies.size(); ++b) s.bodies[b].moved_since_ghosts = false;
   for (const BandNode& b : s.topology.band) {
-    const double* value = &s.topology.cut.lines[b.axis].ghost[static_cast<std::size_t>(b.ghost) * n_primitive];
+    const double* value =
+        &s.topology.cut.lines[b.axis].ghost[static_cast<std::size_t>(b.ghost) * n_primitive];
     double* node = &W(0, b.node[0], b.node[1], b.node[2]);
     for (int f = 0; f < n_primitive; ++f) node[f * W.stride_f] = value[f];
   }
 }
 
-const CutLines& ImmersedBoundary::lines(int axis) const { return state_->topology.cut.lines[axis]; }
-std::span<const std::uint8_t> ImmersedBoundary::tags() const { return state_->topology.cut.tag; }
-std::uint64_t ImmersedBoundary::n_fallbacks() const { return state_->n_fallbacks; }
+const CutLines& ImmersedBoundary::lines(int axis) const {
+  return state_->topology.cut.lines[axis];
+}
+std::span<const std::uint8_t> ImmersedBoundary::tags() const {
+  return state_->topology.cut.tag;
+}
+std::uint64_t ImmersedBoundary::n_fallbacks() const {
+  return state_->n_fallbacks;
+}
 
 double ImmersedBoundary::wall_step_limit() const {
   double limit = HUGE_VAL;
@@ -231,8 +250,8 @@ double ImmersedBoundary::wall_step_limit() const {
       const Corners& v = s.topology.facet[f];
       const double fastest = std::max({speed[v[0]], speed[v[1]], speed[v[2]]});
       if (fastest <= 0.0) continue;
-      const double reach = std::min(largest_step_share * state_->h_min,
-                                    0.5 * state_->thickness[b].at(f));
+      const double reach =
+          std::min(largest_step_share * state_->h_min, 0.5 * state_->thickness[b].at(f));
       limit = std::min(limit, reach / fastest);
     }
   }

@@ -32,36 +32,36 @@ struct Body {
 
 /// Force of the gas on a body relative to ambient pressure, over its exposed surface.
 struct BodyLoad {
-  std::array<double, 3> force{};    ///< N
-  std::array<double, 3> moment{};   ///< N m about the origin
-  double power = 0.0;               ///< W, force density times wall velocity
-  double exposed_area = 0.0;        ///< m^2
-  double largest_impedance = 0.0;   ///< kg/(m^2 s), rho c of the gas at the wall
+  std::array<double, 3> force{};   ///< N
+  std::array<double, 3> moment{};  ///< N m about the origin
+  double power = 0.0;              ///< W, force density times wall velocity
+  double exposed_area = 0.0;       ///< m^2
+  double largest_impedance = 0.0;  ///< kg/(m^2 s), rho c of the gas at the wall
 };
 
 /// What a change of topology did; printed, never silent.
 struct TopologyReport {
-  std::size_t fresh_nodes = 0;      ///< body nodes that became fluid
-  std::size_t rebuilt_nodes = 0;    ///< of these, rebuilt because the nearest side had changed
+  std::size_t fresh_nodes = 0;    ///< body nodes that became fluid
+  std::size_t rebuilt_nodes = 0;  ///< of these, rebuilt because the nearest side had changed
   std::size_t blocked_segments = 0;
-  std::size_t fluid_nodes = 0;      ///< nodes tagged fluid now
-  double smallest_gap = 0.0;        ///< in cells, over segments between two walls; 0: none
-  std::size_t open_lines = 0;       ///< grid lines on which a surface does not close; 0 or a fault
+  std::size_t fluid_nodes = 0;  ///< nodes tagged fluid now
+  double smallest_gap = 0.0;    ///< in cells, over segments between two walls; 0: none
+  std::size_t open_lines = 0;   ///< grid lines on which a surface does not close; 0 or a fault
 };
 
 struct ImmersedOptions {
   /// Faces of the domain (x low, x high, y low, ..) that count as walls in the gap rule: a body may
   /// come to rest on them.
   std::array<bool, 6> domain_wall{};
-  double gap_block = 1.0;                 ///< cells; segments between walls narrower than this are body
-  double smooth_below_degrees = 35.0;     ///< normals are interpolated across edges flatter than this
+  double gap_block = 1.0;  ///< cells; segments between walls narrower than this are body
+  double smooth_below_degrees = 35.0;  ///< normals are interpolated across edges flatter than this
 };
 
 /// Bodies immersed in a Cartesian grid: tags, cut lines, ghost states, surface pressure. Works with
-/// as many threads as OpenMP gives a parallel region (omp_set_num_threads); results do not depend on
-/// their number.
-/// One step of the flow solver: move_to(t of the stage) and compute_ghosts(W) before each stage,
-/// with the topology frozen; after the step move_to(t_end) and update_topology(W).
+/// as many threads as OpenMP gives a parallel region (omp_set_num_threads); results do not depend
+/// on their number. One step of the flow solver: move_to(t of the stage) and compute_ghosts(W)
+/// before each stage, with the topology frozen; after the step move_to(t_end) and
+/// update_topology(W).
 class ImmersedBoundary {
  public:
   ImmersedBoundary(const Grid& grid, const Gas& gas, std::vector<Body> bodies,
@@ -73,8 +73,9 @@ class ImmersedBoundary {
   [[nodiscard]] std::size_t n_bodies() const;
   [[nodiscard]] const Body& body(std::size_t b) const;
 
-  /// Cubic (Hermite) path of a moving body's vertices over [t_begin, t_end]: it starts from the wall
-  /// state the last path ended with (the reference state at rest, the first time). [n_vertices, 3].
+  /// Cubic (Hermite) path of a moving body's vertices over [t_begin, t_end]: it starts from the
+  /// wall state the last path ended with (the reference state at rest, the first time).
+  /// [n_vertices, 3].
   void set_path(std::size_t b, double t_begin, double t_end, std::span<const double> position_end,
                 std::span<const double> velocity_end);
   /// The same with straight paths between the positions (the paper's choice).
@@ -97,13 +98,15 @@ class ImmersedBoundary {
   /// Largest time step [s] for which no wall moves more than half its local thickness or 0.3 cells.
   [[nodiscard]] double wall_step_limit() const;
 
-  /// Overpressure [Pa] (p - ambient) at the vertices of body b, modified by rho a_n s; 0 where buried.
+  /// Overpressure [Pa] (p - ambient) at the vertices of body b, modified by rho a_n s; 0 where
+  /// buried.
   void read_overpressure(FieldsView<const double> W, std::size_t b, double ambient_pressure,
                          std::span<double> at_vertices) const;
   /// Load on body b from the same read-out, integrated over the exposed part of its facets.
   [[nodiscard]] BodyLoad load(FieldsView<const double> W, std::size_t b,
                               double ambient_pressure) const;
-  [[nodiscard]] std::span<const double> position(std::size_t b) const;  ///< current, [n_vertices, 3]
+  [[nodiscard]] std::span<const double> position(
+      std::size_t b) const;  ///< current, [n_vertices, 3]
   [[nodiscard]] std::span<const double> velocity(std::size_t b) const;
 
  private:

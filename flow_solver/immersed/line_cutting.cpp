@@ -50,8 +50,10 @@ class LineReader {
       count += m.crossing.turn;
       n_inside += count != 0 ? 1 : 0;
       if (was_inside != (n_inside > 0)) {
-        found_.push_back({.position = m.crossing.position, .body = m.body,
-                          .facet = m.crossing.facet, .enters = n_inside > 0});
+        found_.push_back({.position = m.crossing.position,
+                          .body = m.body,
+                          .facet = m.crossing.facet,
+                          .enters = n_inside > 0});
       }
     }
     return found_;
@@ -64,7 +66,8 @@ class LineReader {
   };
   void sort_merged() {
     std::stable_sort(merged_.begin(), merged_.end(), [](const Member& x, const Member& y) {
-      if (x.crossing.position != y.crossing.position) return x.crossing.position < y.crossing.position;
+      if (x.crossing.position != y.crossing.position)
+        return x.crossing.position < y.crossing.position;
       return x.crossing.turn > y.crossing.turn;
     });
   }
@@ -121,8 +124,8 @@ void mark_crossed_lines(const Bodies& bodies, int a, std::vector<std::uint8_t>& 
 
 /// Tags the nodes inside the union along direction a: those with entry <= x < exit, which is the
 /// same symbolic shift (towards larger coordinates) that decides ties across the line.
-void tag_bodies(const Grid& grid, const Bodies& bodies, const Layout& layout, int a,
-                CutGrid& cut, LineMarks& marks) {
+void tag_bodies(const Grid& grid, const Bodies& bodies, const Layout& layout, int a, CutGrid& cut,
+                LineMarks& marks) {
   const auto& node = bodies.snapped_grid().node(a);
   LineReader reader(bodies, a);
   for (std::size_t line = 0; line < marks[a].size(); ++line) {
@@ -130,7 +133,8 @@ void tag_bodies(const Grid& grid, const Bodies& bodies, const Layout& layout, in
     const auto& crossings = reader.read(line);
     const std::ptrdiff_t first = layout.first_node(a, static_cast<std::ptrdiff_t>(line));
     for (std::size_t n = 0; n < crossings.size(); n += 2) {
-      const auto from = std::lower_bound(node.begin(), node.end(), std::ceil(crossings[n].position));
+      const auto from =
+          std::lower_bound(node.begin(), node.end(), std::ceil(crossings[n].position));
       const auto to = n + 1 < crossings.size()
                           ? std::lower_bound(from, node.end(), std::ceil(crossings[n + 1].position))
                           : node.end();
@@ -153,8 +157,13 @@ class LineCutter {
  public:
   LineCutter(const Grid& grid, const Bodies& bodies, const Layout& layout, int a,
              const std::vector<std::uint8_t>& tag, Share& out)
-      : axis_(grid.axis[static_cast<std::size_t>(a)]), snapped_(bodies.snapped_grid()),
-        layout_(layout), a_(a), tag_(tag), out_(out), reader_(bodies, a) {}
+      : axis_(grid.axis[static_cast<std::size_t>(a)]),
+        snapped_(bodies.snapped_grid()),
+        layout_(layout),
+        a_(a),
+        tag_(tag),
+        out_(out),
+        reader_(bodies, a) {}
 
   /// Segments of one line; false: it is fluid from end to end after all.
   bool cut(std::ptrdiff_t line) {
@@ -209,7 +218,8 @@ class LineCutter {
 
   int add_segment(int begin) {
     Segment s{.b = static_cast<int>(line_ % layout_.n_b(a_)),
-              .c = static_cast<int>(line_ / layout_.n_b(a_)), .begin = begin};
+              .c = static_cast<int>(line_ / layout_.n_b(a_)),
+              .begin = begin};
     int end = begin + 1;
     while (end < axis_.n && tag_at(end) == tag_fluid && !thin_body_behind(end - 1)) ++end;
     if (end < axis_.n && tag_at(end) == tag_fluid) {
@@ -225,8 +235,8 @@ class LineCutter {
   /// At the grid's ends a wall counts when it lies between the last node and the domain's face.
   [[nodiscard]] bool has_wall_below(int i) const {
     if (i > 0) return true;
-    return last_exit(snapped_.to_units(a_, axis_.min) + interval_slack, units_at(0) + interval_slack) !=
-           nullptr;
+    return last_exit(snapped_.to_units(a_, axis_.min) + interval_slack,
+                     units_at(0) + interval_slack) != nullptr;
   }
   [[nodiscard]] bool has_wall_above(int i) const {
     if (i + 1 < axis_.n) return true;
@@ -237,11 +247,10 @@ class LineCutter {
   int add_wall(int i, int side) {
     const bool inner = side > 0 ? i + 1 < axis_.n : i > 0;
     const double here = units_at(i);
-    const double there = inner ? units_at(i + side)
-                               : snapped_.to_units(a_, side > 0 ? axis_.max : axis_.min);
-    const UnionCrossing* c = side > 0
-                                 ? first_entry(here - interval_slack, there + interval_slack)
-                                 : last_exit(there - interval_slack, here + interval_slack);
+    const double there =
+        inner ? units_at(i + side) : snapped_.to_units(a_, side > 0 ? axis_.max : axis_.min);
+    const UnionCrossing* c = side > 0 ? first_entry(here - interval_slack, there + interval_slack)
+                                      : last_exit(there - interval_slack, here + interval_slack);
     WallEnd wall{.line = static_cast<std::int32_t>(line_), .node = i, .side = side};
     // Without a crossing beside it the change of tag is the mouth of a blocked gap (or a facet that
     // grazes the line within the snapping): a wall half-way, square to the line.
@@ -316,15 +325,17 @@ struct GapLines {
   bool low_face, high_face;
 
   GapLines(const Grid& grid, const CutGrid& cut, const std::array<bool, 6>& domain_wall, int a)
-      : axis(grid.axis[static_cast<std::size_t>(a)]), lines(cut.lines[a]), walls(cut.walls[a]),
+      : axis(grid.axis[static_cast<std::size_t>(a)]),
+        lines(cut.lines[a]),
+        walls(cut.walls[a]),
         low_face(domain_wall[static_cast<std::size_t>(2 * a)]),
         high_face(domain_wall[static_cast<std::size_t>(2 * a + 1)]) {}
 
   /// Width of a segment between two walls, one of them at least a body's, in cells of its own
   /// place; HUGE_VAL: not a gap.
   [[nodiscard]] double width(const Segment& s) const {
-    const bool is_gap = (s.wall_low >= 0 && (s.wall_high >= 0 || high_face)) ||
-                        (s.wall_high >= 0 && low_face);
+    const bool is_gap =
+        (s.wall_low >= 0 && (s.wall_high >= 0 || high_face)) || (s.wall_high >= 0 && low_face);
     if (!is_gap) return HUGE_VAL;
     double h = 0.0;
     for (int i = s.begin; i < s.end; ++i) h += axis.h(i);
@@ -378,7 +389,8 @@ CutGrid cut_grid(const Grid& grid, const Bodies& bodies, double gap_block,
     if (first_present < 0) first_present = a;
     marks[a].assign(static_cast<std::size_t>(layout.n_b(a)) * layout.n_c(a), 0);
     mark_crossed_lines(bodies, a, marks[a]);
-    for (std::size_t b = 0; b < bodies.size(); ++b) cut.open_lines += bodies[b].crossings[a].open_lines;
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+      cut.open_lines += bodies[b].crossings[a].open_lines;
   }
   if (first_present < 0) return cut;
   tag_bodies(grid, bodies, layout, first_present, cut, marks);

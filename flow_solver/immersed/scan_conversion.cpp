@@ -1,6 +1,6 @@
-// Scan conversion of a closed triangulated surface along grid lines. Vertices and lines have integer
-// coordinates, so the orientation of (edge, line) has an exact sign; ties are broken by a symbolic
-// shift of the line, the same for all facets: every line of a closed surface closes.
+// Scan conversion of a closed triangulated surface along grid lines. Vertices and lines have
+// integer coordinates, so the orientation of (edge, line) has an exact sign; ties are broken by a
+// symbolic shift of the line, the same for all facets: every line of a closed surface closes.
 #include "flow_solver/immersed/scan_conversion.hpp"
 
 #include <omp.h>
@@ -23,9 +23,13 @@ struct EdgeTest {
   Wide du, dw, value;
   EdgeTest(std::int64_t fu, std::int64_t fw, std::int64_t tu, std::int64_t tw, std::int64_t u,
            std::int64_t w)
-      : du(tu - fu), dw(tw - fw), value(du * static_cast<Wide>(w - fw) - dw * static_cast<Wide>(u - fu)) {}
+      : du(tu - fu),
+        dw(tw - fw),
+        value(du * static_cast<Wide>(w - fw) - dw * static_cast<Wide>(u - fu)) {}
   /// On the left after the shift of the line by (eps, eps^2).
-  [[nodiscard]] bool left() const { return value > 0 || (value == 0 && (dw < 0 || (dw == 0 && du > 0))); }
+  [[nodiscard]] bool left() const {
+    return value > 0 || (value == 0 && (dw < 0 || (dw == 0 && du > 0)));
+  }
 };
 
 template <class Wide>
@@ -47,7 +51,8 @@ int meet(const Point64* p, int a, std::int64_t u, std::int64_t w, double& positi
   const double twice = static_cast<double>(area < 0 ? -area : area);
   position = static_cast<double>(p[0][a]) +
              (static_cast<double>(e20.value) * static_cast<double>((*q1)[a] - p[0][a]) +
-              static_cast<double>(e01.value) * static_cast<double>((*q2)[a] - p[0][a])) / twice;
+              static_cast<double>(e01.value) * static_cast<double>((*q2)[a] - p[0][a])) /
+                 twice;
   // The normal's component along a has the sign of the area, reversed for a = 1 (ascending, not
   // cyclic, order of the two directions across). It points out of the body.
   const bool normal_up = (area > 0) != (a == 1);
@@ -67,23 +72,23 @@ std::pair<int, int> nodes_between(const std::vector<std::int64_t>& node, std::in
   return {static_cast<int>(from - node.begin()), static_cast<int>(to - node.begin())};
 }
 
-void scan_facet(const SnappedGrid& grid, int a, std::span<const Point64> vertices,
-                const Corners& v, std::int32_t f, std::vector<LineHit>& hits) {
+void scan_facet(const SnappedGrid& grid, int a, std::span<const Point64> vertices, const Corners& v,
+                std::int32_t f, std::vector<LineHit>& hits) {
   const auto [b, c] = across(a);
   const Point64& p0 = vertices[v[0]];
   const Point64& p1 = vertices[v[1]];
   const Point64& p2 = vertices[v[2]];
-  const auto [b0, b1] = nodes_between(grid.node(b), std::min({p0[b], p1[b], p2[b]}),
-                                      std::max({p0[b], p1[b], p2[b]}));
+  const auto [b0, b1] =
+      nodes_between(grid.node(b), std::min({p0[b], p1[b], p2[b]}), std::max({p0[b], p1[b], p2[b]}));
   if (b0 == b1) return;
-  const auto [c0, c1] = nodes_between(grid.node(c), std::min({p0[c], p1[c], p2[c]}),
-                                      std::max({p0[c], p1[c], p2[c]}));
+  const auto [c0, c1] =
+      nodes_between(grid.node(c), std::min({p0[c], p1[c], p2[c]}), std::max({p0[c], p1[c], p2[c]}));
   const auto n_b = static_cast<int>(grid.node(b).size());
   for (int n = c0; n < c1; ++n) {
     for (int m = b0; m < b1; ++m) {
       Crossing crossing{.facet = f};
-      crossing.turn = meet_triangle(p0, p1, p2, a, grid.node(b)[m], grid.node(c)[n],
-                                    crossing.position);
+      crossing.turn =
+          meet_triangle(p0, p1, p2, a, grid.node(b)[m], grid.node(c)[n], crossing.position);
       if (crossing.turn != 0) hits.push_back({static_cast<std::uint32_t>(n * n_b + m), crossing});
     }
   }
@@ -141,8 +146,10 @@ LineCrossings compute_crossings(const SnappedGrid& grid, int a, const SurfaceTop
 #pragma omp parallel for schedule(static, 1) if (n > 2000)
   for (int part = 0; part < n_parts; ++part) {
     auto& hits = parts[static_cast<std::size_t>(part)];
-    const std::size_t begin = n * static_cast<std::size_t>(part) / static_cast<std::size_t>(n_parts);
-    const std::size_t end = n * static_cast<std::size_t>(part + 1) / static_cast<std::size_t>(n_parts);
+    const std::size_t begin =
+        n * static_cast<std::size_t>(part) / static_cast<std::size_t>(n_parts);
+    const std::size_t end =
+        n * static_cast<std::size_t>(part + 1) / static_cast<std::size_t>(n_parts);
     for (std::size_t f = begin; f < end; ++f) {
       scan_facet(grid, a, vertices, topology.facet[f], static_cast<std::int32_t>(f), hits);
     }

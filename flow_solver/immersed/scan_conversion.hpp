@@ -12,9 +12,9 @@ namespace ocublast::flow {
 
 /// A facet on a grid line.
 struct Crossing {
-  double position = 0.0;   ///< along the line, in units of the snapped grid
+  double position = 0.0;  ///< along the line, in units of the snapped grid
   std::int32_t facet = 0;
-  std::int32_t turn = 0;   ///< +1: the line enters the body here (going up), -1: it leaves
+  std::int32_t turn = 0;  ///< +1: the line enters the body here (going up), -1: it leaves
 };
 
 /// All crossings of one body with the lines of one direction: those of line l are

@@ -6,7 +6,8 @@
 namespace ocublast::flow {
 namespace {
 
-constexpr double units_per_spacing = 1048576.0;  // 2^20: 1e-6 of a cell, room for 2^11 cells squared
+constexpr double units_per_spacing =
+    1048576.0;  // 2^20: 1e-6 of a cell, room for 2^11 cells squared
 
 double smallest_spacing(const Axis& axis) {
   double h = axis.max - axis.min;
@@ -28,7 +29,8 @@ SnappedGrid::SnappedGrid(const Grid& grid) {
     unit_[a] = (axis.present ? smallest_spacing(axis) : finest) / units_per_spacing;
     auto& nodes = node_[static_cast<std::size_t>(a)];
     nodes.resize(static_cast<std::size_t>(axis.n));
-    for (int i = 0; i < axis.n; ++i) nodes[static_cast<std::size_t>(i)] = std::llround(to_units(a, axis.x(i)));
+    for (int i = 0; i < axis.n; ++i)
+      nodes[static_cast<std::size_t>(i)] = std::llround(to_units(a, axis.x(i)));
   }
 }
 

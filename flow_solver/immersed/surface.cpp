@@ -1,10 +1,10 @@
 #include "flow_solver/immersed/surface.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numbers>
 #include <numeric>
-
-#include <fmt/format.h>
 
 namespace ocublast::flow {
 namespace {
@@ -36,7 +36,9 @@ std::vector<Edge> sorted_edges(const BodySurface& surface) {
   for (std::size_t f = 0; f < surface.triangles.size() / 3; ++f) {
     const Corners v = corners(surface, f);
     for (std::size_t e = 0; e < 3; ++e) {
-      edges.push_back({.from = v[e], .to = v[(e + 1) % 3], .facet = static_cast<std::int32_t>(f),
+      edges.push_back({.from = v[e],
+                       .to = v[(e + 1) % 3],
+                       .facet = static_cast<std::int32_t>(f),
                        .side = static_cast<std::int32_t>(e)});
     }
   }
@@ -47,8 +49,9 @@ std::vector<Edge> sorted_edges(const BodySurface& surface) {
 }
 
 const Edge* find_edge(const std::vector<Edge>& edges, std::int32_t from, std::int32_t to) {
-  const auto at = std::lower_bound(edges.begin(), edges.end(), to,
-                                   [&](const Edge& e, std::int32_t b) { return e.before(from, b); });
+  const auto at =
+      std::lower_bound(edges.begin(), edges.end(), to,
+                       [&](const Edge& e, std::int32_t b) { return e.before(from, b); });
   return at != edges.end() && at->from == from && at->to == to ? &*at : nullptr;
 }
 
@@ -58,8 +61,9 @@ void find_facet_faults(const Body& body, std::vector<std::string>& faults) {
     const Corners v = corners(body.surface, f);
     if (*std::min_element(v.begin(), v.end()) < 0 ||
         *std::max_element(v.begin(), v.end()) >= n_vertices) {
-      faults.push_back(fmt::format("body '{}': facet {} has the vertices {}, {}, {}; accepted 0 to {}",
-                                   body.name, f, v[0], v[1], v[2], n_vertices - 1));
+      faults.push_back(
+          fmt::format("body '{}': facet {} has the vertices {}, {}, {}; accepted 0 to {}",
+                      body.name, f, v[0], v[1], v[2], n_vertices - 1));
       continue;
     }
     const Vec3 a = row(body.surface.vertices, v[0]);
@@ -80,7 +84,8 @@ void find_edge_faults(const Body& body, std::vector<std::string>& faults) {
     const Edge& e = edges[n];
     if (n + 1 < edges.size() && edges[n + 1].from == e.from && edges[n + 1].to == e.to) {
       faults.push_back(fmt::format(
-          "body '{}': facets {} and {} run through the edge of vertices {} and {} the same way; one "
+          "body '{}': facets {} and {} run through the edge of vertices {} and {} the same way; "
+          "one "
           "of them is inverted: orient all facets outward, each edge between two facets",
           body.name, e.facet, edges[n + 1].facet, e.from, e.to));
     }
@@ -163,9 +168,10 @@ std::vector<std::string> find_surface_faults(const Body& body) {
   const BodySurface& s = body.surface;
   std::vector<std::string> faults;
   if (s.triangles.empty() || s.vertices.size() % 3 != 0 || s.triangles.size() % 3 != 0) {
-    faults.push_back(fmt::format("body '{}': surface of {} coordinates and {} vertex numbers; "
-                                 "accepted three of each per vertex and facet, at least four facets",
-                                 body.name, s.vertices.size(), s.triangles.size()));
+    faults.push_back(
+        fmt::format("body '{}': surface of {} coordinates and {} vertex numbers; "
+                    "accepted three of each per vertex and facet, at least four facets",
+                    body.name, s.vertices.size(), s.triangles.size()));
     return faults;
   }
   for (std::size_t n = 0; n < s.vertices.size(); ++n) {
@@ -192,9 +198,9 @@ double enclosed_volume(const BodySurface& surface) {
   double six_volumes = 0.0;
   for (std::size_t f = 0; f < surface.triangles.size() / 3; ++f) {
     const Corners v = corners(surface, f);
-    six_volumes += dot(row(surface.vertices, v[0]) - origin,
-                       cross(row(surface.vertices, v[1]) - origin,
-                             row(surface.vertices, v[2]) - origin));
+    six_volumes +=
+        dot(row(surface.vertices, v[0]) - origin,
+            cross(row(surface.vertices, v[1]) - origin, row(surface.vertices, v[2]) - origin));
   }
   return six_volumes / 6.0;
 }
@@ -218,8 +224,7 @@ SurfaceTopology make_surface_topology(const BodySurface& surface, double smooth_
     const Vec3 a = row(surface.vertices, v[0]);
     normal[f] = unit(cross(row(surface.vertices, v[1]) - a, row(surface.vertices, v[2]) - a));
   }
-  find_smooth_vertices(topology, normal,
-                       std::cos(smooth_below_degrees * std::numbers::pi / 180.0));
+  find_smooth_vertices(topology, normal, std::cos(smooth_below_degrees * std::numbers::pi / 180.0));
   return topology;
 }
 

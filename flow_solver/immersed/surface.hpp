@@ -18,11 +18,13 @@ struct SurfaceTopology {
   std::vector<Corners> facet;      ///< vertices, counter-clockwise seen from the gas
   std::vector<Corners> neighbour;  ///< facet across the edge from corner e to corner e + 1
   /// Smooth vertex of each corner: corners of one vertex share one as long as they are reached over
-  /// edges flatter than the smoothing angle, so that a normal is never averaged across a sharp edge.
+  /// edges flatter than the smoothing angle, so that a normal is never averaged across a sharp
+  /// edge.
   std::vector<Corners> smooth_vertex;
   std::vector<std::uint8_t> sharp;  ///< bit e: the edge from corner e to e + 1 is sharp
   std::int32_t n_smooth_vertices = 0;
-  std::vector<std::int32_t> around_first;  ///< [n_vertices + 1] start of a vertex's facets in `around`
+  std::vector<std::int32_t>
+      around_first;  ///< [n_vertices + 1] start of a vertex's facets in `around`
   std::vector<std::int32_t> around;
 };
 

@@ -120,8 +120,10 @@ class Reader {
     const NodeIndex centre = inside(nodes_.cell(point));
     double best2[2] = {HUGE_VAL, HUGE_VAL};  // behind, in front
     NodeIndex best[2] = {centre, centre};
-    const NodeIndex low = inside({centre[0] - widest_search, centre[1] - widest_search, centre[2] - widest_search});
-    const NodeIndex high = inside({centre[0] + widest_search, centre[1] + widest_search, centre[2] + widest_search});
+    const NodeIndex low =
+        inside({centre[0] - widest_search, centre[1] - widest_search, centre[2] - widest_search});
+    const NodeIndex high =
+        inside({centre[0] + widest_search, centre[1] + widest_search, centre[2] + widest_search});
     NodeIndex node{};
     for (node[2] = low[2]; node[2] <= high[2]; ++node[2]) {
       for (node[1] = low[1]; node[1] <= high[1]; ++node[1]) {

@@ -9,10 +9,10 @@ namespace ocublast::flow {
 
 /// Gas state read at a facet.
 struct FacetReading {
-  Vec3 point;                    ///< m, middle of the exposed part
-  double exposed = 0.0;          ///< share of the facet in the gas: 0, 1/4, .. 1
-  double overpressure = 0.0;     ///< Pa, at `point`
-  double impedance = 0.0;        ///< kg/(m^2 s), rho c there
+  Vec3 point;                 ///< m, middle of the exposed part
+  double exposed = 0.0;       ///< share of the facet in the gas: 0, 1/4, .. 1
+  double overpressure = 0.0;  ///< Pa, at `point`
+  double impedance = 0.0;     ///< kg/(m^2 s), rho c there
 };
 
 /// Overpressure on all facets of body b: multilinear at the middle of the exposed part, corners
@@ -30,6 +30,7 @@ void spread_to_vertices(const Grid& grid, const BodyState& body,
                         const std::vector<FacetReading>& facets, std::span<double> at_vertices);
 
 /// Force, moment and power of the readings on body b.
-[[nodiscard]] BodyLoad integrate_load(const BodyState& body, const std::vector<FacetReading>& facets);
+[[nodiscard]] BodyLoad integrate_load(const BodyState& body,
+                                      const std::vector<FacetReading>& facets);
 
 }  // namespace ocublast::flow

@@ -35,8 +35,7 @@ Foot mouth_foot(const Grid& grid, const Bodies& bodies, int axis, const WallEnd&
   return foot;
 }
 
-Foot search_foot(const Grid& grid, const Bodies& bodies, int axis, const WallEnd& wall,
-                 int layer) {
+Foot search_foot(const Grid& grid, const Bodies& bodies, int axis, const WallEnd& wall, int layer) {
   const Vec3 x = place(grid, ghost_node(grid, axis, wall, layer));
   if (wall.facet < 0) return mouth_foot(grid, bodies, axis, wall, x);
   Vec3 crossing = x;
@@ -62,7 +61,8 @@ class Reuse {
     const auto& walls = old_.cut.walls[axis];
     const auto at = std::lower_bound(walls.begin(), walls.end(), wall, comes_before);
     if (at == walls.end() || at->line != wall.line || at->node != wall.node ||
-        at->side != wall.side || at->body != wall.body || at->facet != wall.facet || wall.facet < 0) {
+        at->side != wall.side || at->body != wall.body || at->facet != wall.facet ||
+        wall.facet < 0) {
       return -1;
     }
     return static_cast<std::int32_t>(at - walls.begin());
@@ -149,7 +149,8 @@ void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes
           if (reuse.stands_still(ghost.foot)) {
             if (!reuse.surroundings_hold(end)) ghost.stencil = nodes.image(ghost.foot, end);
           } else {
-            follow_ghost(grid, bodies, nodes, axis, wall, layer, !reuse.surroundings_hold(end), ghost);
+            follow_ghost(grid, bodies, nodes, axis, wall, layer, !reuse.surroundings_hold(end),
+                         ghost);
           }
           continue;
         }
@@ -160,7 +161,8 @@ void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes
   }
 }
 
-/// The band: every body node that is a ghost of some wall end, with the ghost whose foot is nearest.
+/// The band: every body node that is a ghost of some wall end, with the ghost whose foot is
+/// nearest.
 void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology) {
   topology.band.clear();
   topology.band_of_node.assign(topology.cut.tag.size(), -1);
@@ -174,7 +176,8 @@ void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology) {
         if (topology.cut.tag[at] == tag_fluid) continue;
         const auto number = static_cast<std::int32_t>(w * n_ghost) + layer;
         const Foot& foot = topology.ghosts[axis][number].foot;
-        const BandNode candidate{.node = node, .axis = axis, .ghost = number, .normal = foot.normal};
+        const BandNode candidate{
+            .node = node, .axis = axis, .ghost = number, .normal = foot.normal};
         std::int32_t& entry = topology.band_of_node[at];
         if (entry < 0) {
           entry = static_cast<std::int32_t>(topology.band.size());

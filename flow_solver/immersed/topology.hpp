@@ -36,14 +36,15 @@ struct Topology {
 /// The fluid node the wall end belongs to.
 [[nodiscard]] NodeIndex end_node(const Grid& grid, int axis, const WallEnd& wall);
 
-/// Renews the foot of a ghost after its body moved, with the topology as it is. The stencil keeps its
-/// nodes while the wall has moved by less than a twentieth of a cell under it (the wall condition
-/// takes the new distances all the same), unless `nodes_changed`.
+/// Renews the foot of a ghost after its body moved, with the topology as it is. The stencil keeps
+/// its nodes while the wall has moved by less than a twentieth of a cell under it (the wall
+/// condition takes the new distances all the same), unless `nodes_changed`.
 void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
                   const WallEnd& wall, int layer, bool nodes_changed, GhostPoint& ghost);
 
-/// Cuts the grid for the bodies' current place, with the gap rule of `options`. Feet of `old` are kept where neither their facet
-/// nor a body near them moved, so that static walls are searched once.
+/// Cuts the grid for the bodies' current place, with the gap rule of `options`. Feet of `old` are
+/// kept where neither their facet nor a body near them moved, so that static walls are searched
+/// once.
 [[nodiscard]] Topology make_topology(const Grid& grid, const Bodies& bodies,
                                      const ImmersedOptions& options, const Topology& old);
 

@@ -30,8 +30,12 @@ struct Vec3 {
   return {{a.c[1] * b.c[2] - a.c[2] * b.c[1], a.c[2] * b.c[0] - a.c[0] * b.c[2],
            a.c[0] * b.c[1] - a.c[1] * b.c[0]}};
 }
-[[nodiscard]] constexpr double norm2(const Vec3& a) noexcept { return dot(a, a); }
-[[nodiscard]] inline double norm(const Vec3& a) noexcept { return std::sqrt(norm2(a)); }
+[[nodiscard]] constexpr double norm2(const Vec3& a) noexcept {
+  return dot(a, a);
+}
+[[nodiscard]] inline double norm(const Vec3& a) noexcept {
+  return std::sqrt(norm2(a));
+}
 /// a / |a|; a itself where it is zero.
 [[nodiscard]] inline Vec3 unit(const Vec3& a) noexcept {
   const double length = norm(a);

@@ -87,8 +87,7 @@ double WallPath::largest_speed(std::size_t v) const {
   double middle2 = 0.0;
   double end2 = 0.0;
   for (std::size_t n = 3 * v; n < 3 * v + 3; ++n) {
-    const double middle =
-        1.5 * (x1_[n] - x0_[n]) / (t_end_ - t_begin_) - 0.25 * (v0_[n] + v1_[n]);
+    const double middle = 1.5 * (x1_[n] - x0_[n]) / (t_end_ - t_begin_) - 0.25 * (v0_[n] + v1_[n]);
     begin2 += v0_[n] * v0_[n];
     middle2 += middle * middle;
     end2 += v1_[n] * v1_[n];

@@ -5,8 +5,8 @@
 namespace ocublast::flow {
 namespace {
 
-constexpr double farthest = 0.6;       // cells
-constexpr double renew_after = 0.1;    // cells
+constexpr double farthest = 0.6;     // cells
+constexpr double renew_after = 0.1;  // cells
 
 /// Distance [m] from x along unit direction d to triangle (a, b, c), HUGE_VAL: missed.
 /// Moeller and Trumbore (1997), doi:10.1080/10867651.1997.10487468.

@@ -28,7 +28,9 @@ Body make_ramp(double degrees, WallSlip slip, double T_wall, bool moves) {
   for (int n = 96; n >= -96; --n) polygon.push_back(at(n / 32.0, 0));
   return {.name = "ramp",
           .surface = make_prism(polygon, -1.0, 2.0),
-          .slip = slip, .wall_temperature = T_wall, .moves = moves};
+          .slip = slip,
+          .wall_temperature = T_wall,
+          .moves = moves};
 }
 
 struct RampFrame {
@@ -39,9 +41,7 @@ struct RampFrame {
     n = {{-std::sin(angle), std::cos(angle), 0}};
     foot = {{.5, .37, 0}};
   }
-  [[nodiscard]] double height(double x, double y) const {
-    return dot(Vec3{{x, y, 0}} - foot, n);
-  }
+  [[nodiscard]] double height(double x, double y) const { return dot(Vec3{{x, y, 0}} - foot, n); }
 };
 
 /// Calls check(height of the ghost node above the wall, ghost state, layer) for all ghosts.
@@ -60,7 +60,9 @@ void for_all_ghosts(const Grid& grid, const ImmersedBoundary& bodies, const Ramp
           const double y = a == 1 ? grid.axis[1].x(along) : grid.axis[1].x(s.b);
           // Near the grid's rim the image lies beyond its ghosts.
           if (std::min({x, y, 1 - x, 1 - y}) < .2) continue;
-          check(frame.height(x, y), &lines.ghost[(static_cast<std::size_t>(wall) * n_ghost + layer) * n_primitive], layer);
+          check(frame.height(x, y),
+                &lines.ghost[(static_cast<std::size_t>(wall) * n_ghost + layer) * n_primitive],
+                layer);
         }
       }
     }
@@ -80,7 +82,8 @@ TEST(ImmersedGhosts, AreExactForNormalVelocityLinearInTheDistance) {
       W.set(grid, gas, [&](double x, double y, double) {
         const double d = frame.height(x, y);
         const Vec3 u = (25.0 * d) * frame.n + (slip == WallSlip::slip ? 70.0 : shear * d) * frame.t;
-        return std::array<double, 5>{p0, T_wall > 0.0 ? T_wall + T_slope * d : T0, u[0], u[1], 3.0 * (slip == WallSlip::slip)};
+        return std::array<double, 5>{p0, T_wall > 0.0 ? T_wall + T_slope * d : T0, u[0], u[1],
+                                     3.0 * (slip == WallSlip::slip)};
       });
       bodies.update_topology(W.view());
       bodies.compute_ghosts(W.view());
@@ -91,11 +94,13 @@ TEST(ImmersedGhosts, AreExactForNormalVelocityLinearInTheDistance) {
         const Vec3 u = (25.0 * d) * frame.n + (slip == WallSlip::slip ? 70.0 : shear * d) * frame.t;
         const double T = T_wall > 0.0 ? T_wall + T_slope * d : T0;
         worst = std::max({worst, std::abs(g[prim_u] - u[0]), std::abs(g[prim_v] - u[1]),
-                          std::abs(g[prim_T] - T), std::abs(pressure(gas, g[prim_rho], g[prim_T]) - p0) / p0});
+                          std::abs(g[prim_T] - T),
+                          std::abs(pressure(gas, g[prim_rho], g[prim_T]) - p0) / p0});
         ++n;
       });
       EXPECT_GT(n, 80);
-      // Sums of eight products of numbers up to 400: 1e-12; the foot's place: 1e-14 of slopes of 100.
+      // Sums of eight products of numbers up to 400: 1e-12; the foot's place: 1e-14 of slopes of
+      // 100.
       EXPECT_LT(worst, 1e-11);
       EXPECT_EQ(bodies.n_fallbacks(), 0U);
     }
@@ -116,8 +121,9 @@ TEST(ImmersedGhosts, ContinueUniformFlowAlongAWallUnchanged) {
     bodies.compute_ghosts(W.view());
     double worst = 0.0;
     for_all_ghosts(grid, bodies, frame, [&](double, const double* g, int) {
-      worst = std::max({worst, std::abs(g[prim_u] - 200 * frame.t[0]), std::abs(g[prim_v] - 200 * frame.t[1]),
-                        std::abs(g[prim_T] - T0), std::abs(g[prim_w] - 10.0)});
+      worst = std::max({worst, std::abs(g[prim_u] - 200 * frame.t[0]),
+                        std::abs(g[prim_v] - 200 * frame.t[1]), std::abs(g[prim_T] - T0),
+                        std::abs(g[prim_w] - 10.0)});
     });
     EXPECT_LT(worst, 1e-11);  // rounding of unit normals times 200 m/s, of weights times 300 K
     // All fields of band nodes are finite and continue the flow as well.
@@ -161,8 +167,8 @@ TEST(ImmersedGhosts, TakeThePressureSlopeOfAnAcceleratedWall) {
   for_all_ghosts(grid, bodies, frame, [&](double d, const double* g, int) {
     worst = std::max(worst, std::abs(pressure(gas, g[prim_rho], g[prim_T]) - (p0 - rho * a_n * d)));
   });
-  // The acceleration of the path is a difference of positions: 1e-16 * 1 m / (1e-6 s)^2 * 6 = 6e-4 of
-  // 1e4 m/s^2, times rho * 0.2 m.
+  // The acceleration of the path is a difference of positions: 1e-16 * 1 m / (1e-6 s)^2 * 6 = 6e-4
+  // of 1e4 m/s^2, times rho * 0.2 m.
   EXPECT_LT(worst, 1e-3);
 
   // The read-out at the wall is exact for the same field.
@@ -188,7 +194,8 @@ TEST(ImmersedReadOut, IsExactForPressureLinearAlongAPlane) {
   bodies.read_overpressure(W.view(), 0, p0, read);
   int n = 0;
   for (std::size_t v = 0; v < read.size(); ++v) {
-    const double x = bodies.position(0)[3 * v], y = bodies.position(0)[3 * v + 1], z = bodies.position(0)[3 * v + 2];
+    const double x = bodies.position(0)[3 * v], y = bodies.position(0)[3 * v + 1],
+                 z = bodies.position(0)[3 * v + 2];
     if (z < .41 || std::min({x, y, 1 - x, 1 - y}) < .15) continue;
     ++n;
     // Linear on facets of equal shape around each vertex: their means give the vertex's own value.
@@ -209,8 +216,9 @@ SphereErrors read_sphere(int n, int levels, bool accelerated) {
   const Vec3 centre = {{.503, .497, .511}};
   const double R = .23;
   const Vec3 slope = {{1e3, 7e2, -4e2}};
-  ImmersedBoundary bodies(grid, gas,
-                          {{.name = "ball", .surface = make_sphere(centre.c, R, levels), .moves = accelerated}}, {});
+  ImmersedBoundary bodies(
+      grid, gas,
+      {{.name = "ball", .surface = make_sphere(centre.c, R, levels), .moves = accelerated}}, {});
   const double rho = density(gas, p0, T0);
   Fields W(grid);
   W.set(grid, gas, [&](double x, double y, double z) {
@@ -230,10 +238,12 @@ SphereErrors read_sphere(int n, int levels, bool accelerated) {
   const double factor = accelerated ? 1.0 : 1.5;
   SphereErrors errors;
   for (std::size_t v = 0; v < read.size(); ++v) {
-    const double exact = factor * dot(slope, row(bodies.position(0), static_cast<std::int32_t>(v)) - centre);
+    const double exact =
+        factor * dot(slope, row(bodies.position(0), static_cast<std::int32_t>(v)) - centre);
     errors.pressure += (read[v] - exact) * (read[v] - exact);
   }
-  errors.pressure = std::sqrt(errors.pressure / static_cast<double>(read.size())) / (factor * norm(slope) * R);
+  errors.pressure =
+      std::sqrt(errors.pressure / static_cast<double>(read.size())) / (factor * norm(slope) * R);
   const BodyLoad load = bodies.load(W.view(), 0, p0);
   const double volume = 4.0 / 3.0 * std::numbers::pi * R * R * R;
   const Vec3 exact = (-factor * volume) * slope;
@@ -248,10 +258,11 @@ TEST(ImmersedReadOut, OfASphereConvergesWithSecondOrder) {
     const SphereErrors fine = read_sphere(96, 5, accelerated);
     const double order_p = std::log2(middle.pressure / fine.pressure);
     const double order_f = std::log2(middle.force / fine.force);
-    std::printf("sphere %s, R/h 5.5 11 22: rms pressure error %.2e %.2e %.2e (order %.2f), "
-                "force error %.2e %.2e %.2e (order %.2f)\n",
-                accelerated ? "falling with the gas" : "at rest", coarse.pressure, middle.pressure,
-                fine.pressure, order_p, coarse.force, middle.force, fine.force, order_f);
+    std::printf(
+        "sphere %s, R/h 5.5 11 22: rms pressure error %.2e %.2e %.2e (order %.2f), "
+        "force error %.2e %.2e %.2e (order %.2f)\n",
+        accelerated ? "falling with the gas" : "at rest", coarse.pressure, middle.pressure,
+        fine.pressure, order_p, coarse.force, middle.force, fine.force, order_f);
     EXPECT_GT(order_f, 1.7);
     // Vertices on the seams of the divided octahedron have lopsided facets around them: first order
     // there, on a share of the surface that falls with h, so 1.5 in the mean square.
@@ -318,7 +329,8 @@ TEST(ImmersedFreshNodes, KeepTheValueTheyHeldInTheBody) {
   const Grid grid = uniform_grid(40, 1, 1, 1.0);
   // Body from .3 to .7125 (node 28 is at .7125): its right wall moves left over node 28.
   ImmersedBoundary bodies(
-      grid, gas, {{.name = "piston", .surface = make_box({.3, -1, -1}, {.715, 2, 2}), .moves = true}}, {});
+      grid, gas,
+      {{.name = "piston", .surface = make_box({.3, -1, -1}, {.715, 2, 2}), .moves = true}}, {});
   Fields W(grid);
   W.set(grid, gas, [&](double x, double, double) {
     return std::array<double, 5>{p0 * (1 + x), T0, 0, 0, 0};
@@ -344,13 +356,18 @@ TEST(ImmersedFreshNodes, OfAThinPlateAreRebuiltFromTheSideTheyComeOutOn) {
   // A plate of 0.2 cells with node 20 (x = .5125) inside, close behind its right wall; high
   // pressure on its left.
   const double left = .5125 - .15 * h;
-  ImmersedBoundary bodies(
-      grid, gas, {{.name = "plate", .surface = make_box({left, -1, -1}, {left + .2 * h, 2, 2}), .moves = true}}, {});
+  ImmersedBoundary bodies(grid, gas,
+                          {{.name = "plate",
+                            .surface = make_box({left, -1, -1}, {left + .2 * h, 2, 2}),
+                            .moves = true}},
+                          {});
   Fields W(grid);
   W.set(grid, gas, [&](double x, double, double) {
     return std::array<double, 5>{x < left ? 3 * p0 : p0, T0, 0, 0, 0};
   });
-  const auto p20 = [&] { return pressure(gas, W.view()(prim_rho, 20, 0, 0), W.view()(prim_T, 20, 0, 0)); };
+  const auto p20 = [&] {
+    return pressure(gas, W.view()(prim_rho, 20, 0, 0), W.view()(prim_T, 20, 0, 0));
+  };
   bodies.update_topology(W.view());
   bodies.compute_ghosts(W.view());
   EXPECT_EQ(bodies.tags()[20], tag_band);
@@ -368,10 +385,15 @@ TEST(ImmersedStep, IsLimitedByHalfTheThicknessAndByAThirdOfACell) {
   const Grid grid = uniform_grid(40, 1, 1, 1.0);
   const double h = .025;
   for (const double thickness : {5 * h, .2 * h}) {
-    ImmersedBoundary bodies(
-        grid, gas, {{.name = "plate", .surface = make_box({.5, -1, -1}, {.5 + thickness, 2, 2}), .moves = true}}, {});
+    ImmersedBoundary bodies(grid, gas,
+                            {{.name = "plate",
+                              .surface = make_box({.5, -1, -1}, {.5 + thickness, 2, 2}),
+                              .moves = true}},
+                            {});
     Fields W(grid);
-    W.set(grid, gas, [&](double, double, double) { return std::array<double, 5>{p0, T0, 0, 0, 0}; });
+    W.set(grid, gas, [&](double, double, double) {
+      return std::array<double, 5>{p0, T0, 0, 0, 0};
+    });
     bodies.update_topology(W.view());
     EXPECT_EQ(bodies.wall_step_limit(), HUGE_VAL);
     std::vector<double> x(bodies.position(0).begin(), bodies.position(0).end());
@@ -390,9 +412,11 @@ TEST(ImmersedWalls, OfAPlateDoNotSeeTheOtherSide) {
     const auto at = [&](double n, double t) {
       return std::array<double, 2>{.5 + c * n - s * t, .5 + s * n + c * t};
     };
-    return make_prism({at(offset, -1), at(offset + .0025, -1), at(offset + .0025, 1), at(offset, 1)}, -1, 2);
+    return make_prism(
+        {at(offset, -1), at(offset + .0025, -1), at(offset + .0025, 1), at(offset, 1)}, -1, 2);
   };
-  ImmersedBoundary bodies(grid, gas, {{.name = "a", .surface = plate(0)}, {.name = "b", .surface = plate(.04)}}, {});
+  ImmersedBoundary bodies(
+      grid, gas, {{.name = "a", .surface = plate(0)}, {.name = "b", .surface = plate(.04)}}, {});
   const auto region = [&](double x, double y) {
     const double n = c * (x - .5) + s * (y - .5);
     return n < .00125 ? 0 : (n < .04125 ? 1 : 2);
@@ -413,7 +437,9 @@ TEST(ImmersedWalls, OfAPlateDoNotSeeTheOtherSide) {
       for (const int wall : {seg.wall_low, seg.wall_high}) {
         if (wall < 0) continue;
         for (int layer = 0; layer < n_ghost; ++layer, ++n) {
-          const double* g = &bodies.lines(a).ghost[(static_cast<std::size_t>(wall) * n_ghost + layer) * n_primitive];
+          const double* g =
+              &bodies.lines(a)
+                   .ghost[(static_cast<std::size_t>(wall) * n_ghost + layer) * n_primitive];
           wrong += std::abs(pressure(gas, g[0], g[4]) / p0 - (1 + 2 * region(x, y))) > 1e-9 ? 1 : 0;
         }
       }
@@ -430,16 +456,21 @@ TEST(ImmersedLoad, CountsTheExposedPartOfBodiesThatOverlap) {
   // A ball sunk to its equator into a block, uniform overpressure on both.
   ImmersedBoundary bodies(grid, gas,
                           {{.name = "ball", .surface = make_sphere({.5, .5, .4}, R, 4)},
-                           {.name = "block", .surface = make_box({.1, .1, .1}, {.9, .9, .4}, 32)}}, {});
+                           {.name = "block", .surface = make_box({.1, .1, .1}, {.9, .9, .4}, 32)}},
+                          {});
   Fields W(grid);
-  W.set(grid, gas, [](double, double, double) { return std::array<double, 5>{p0 + 1e3, T0, 0, 0, 0}; });
+  W.set(grid, gas, [](double, double, double) {
+    return std::array<double, 5>{p0 + 1e3, T0, 0, 0, 0};
+  });
   bodies.update_topology(W.view());
   const BodyLoad ball = bodies.load(W.view(), 0, p0);
   const BodyLoad block = bodies.load(W.view(), 1, p0);
   const double half_sphere = 2 * std::numbers::pi * R * R, disc = std::numbers::pi * R * R;
   const double box = 2 * .64 + 4 * .8 * .3;
-  std::printf("half-sunk ball: exposed area %.4f (exact %.4f), lift %.2f (exact %.2f); block: area %.4f (exact %.4f)\n",
-              ball.exposed_area, half_sphere, ball.force[2], -1e3 * disc, block.exposed_area, box - disc);
+  std::printf(
+      "half-sunk ball: exposed area %.4f (exact %.4f), lift %.2f (exact %.2f); block: area %.4f "
+      "(exact %.4f)\n",
+      ball.exposed_area, half_sphere, ball.force[2], -1e3 * disc, block.exposed_area, box - disc);
   // Chords of 8 * 4^4 facets take 0.4 % of the area; the block's facets (of .025) at the circle
   // count by quarters: at most a quarter of those cut, 1.5 % of the disc.
   EXPECT_NEAR(ball.exposed_area, half_sphere, .01 * half_sphere);
@@ -464,8 +495,10 @@ TEST(ImmersedLoad, CountsTheExposedPartOfBodiesThatOverlap) {
   // Linear interpolation of the vertex values keeps the integral of pressure.
   const BodySurface& s = bodies.body(0).surface;
   for (std::size_t f = 0; f < s.triangles.size(); f += 3) {
-    const Vec3 a = row(s.vertices, s.triangles[f]), b = row(s.vertices, s.triangles[f + 1]), c = row(s.vertices, s.triangles[f + 2]);
-    total += norm(cross(b - a, c - a)) / 6.0 * (p[s.triangles[f]] + p[s.triangles[f + 1]] + p[s.triangles[f + 2]]);
+    const Vec3 a = row(s.vertices, s.triangles[f]), b = row(s.vertices, s.triangles[f + 1]),
+               c = row(s.vertices, s.triangles[f + 2]);
+    total += norm(cross(b - a, c - a)) / 6.0 *
+             (p[s.triangles[f]] + p[s.triangles[f + 1]] + p[s.triangles[f + 2]]);
   }
   EXPECT_NEAR(total, 1e3 * ball.exposed_area, 1e-9 * total);
 }
@@ -478,7 +511,8 @@ TEST(ImmersedGap, UnderABodyCloseToAWallOfTheDomainIsBlockedOnRequest) {
   W.set(grid, gas, [](double, double, double) { return std::array<double, 5>{p0, T0, 0, 0, 0}; });
   for (const bool is_wall : {false, true}) {
     options.domain_wall[2] = is_wall;
-    ImmersedBoundary bodies(grid, gas, {{.name = "lid", .surface = make_box({.5, .04, -1}, {1.5, .5, 2}, 8)}}, options);
+    ImmersedBoundary bodies(
+        grid, gas, {{.name = "lid", .surface = make_box({.5, .04, -1}, {1.5, .5, 2}, 8)}}, options);
     const TopologyReport report = bodies.update_topology(W.view());
     EXPECT_EQ(report.blocked_segments, is_wall ? 20U : 0U);  // the 20 columns under the lid
     bodies.compute_ghosts(W.view());

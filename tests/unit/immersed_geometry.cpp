@@ -48,7 +48,8 @@ TEST(ImmersedSurface, NamesTheFacetThatIsInvertedMissingOrEmpty) {
   EXPECT_NE(fault_of({.name = "eye", .surface = inverted}).find("'eye'"), std::string::npos);
   BodySurface open = good;
   open.triangles.resize(open.triangles.size() - 3);
-  EXPECT_NE(fault_of({.name = "eye", .surface = open}).find("close the surface"), std::string::npos);
+  EXPECT_NE(fault_of({.name = "eye", .surface = open}).find("close the surface"),
+            std::string::npos);
   BodySurface empty = good;
   empty.triangles[1] = empty.triangles[0];
   EXPECT_NE(fault_of({.name = "eye", .surface = empty}).find("facet 0"), std::string::npos);
@@ -59,7 +60,8 @@ TEST(ImmersedSurface, NamesTheFacetThatIsInvertedMissingOrEmpty) {
 TEST(ImmersedSurface, IsTurnedOutwardByTheSignOfItsVolume) {
   BodySurface s = make_sphere({.5, .5, .5}, .3, 2);
   const double volume = enclosed_volume(s);
-  for (std::size_t f = 0; f < s.triangles.size(); f += 3) std::swap(s.triangles[f], s.triangles[f + 1]);
+  for (std::size_t f = 0; f < s.triangles.size(); f += 3)
+    std::swap(s.triangles[f], s.triangles[f + 1]);
   EXPECT_DOUBLE_EQ(enclosed_volume(s), -volume);
   orient_outward(s);
   EXPECT_DOUBLE_EQ(enclosed_volume(s), volume);
@@ -74,7 +76,8 @@ TEST(ImmersedSurface, SmoothsNormalsOnASphereAndNotAcrossTheEdgesOfACube) {
   for (std::size_t f = 0; f < t.facet.size(); ++f) {
     for (std::size_t c = 0; c < 3; ++c) {
       const Vec3 radial = unit(sphere[0].vertex(t.facet[f][c]) - Vec3{{.5, .5, .5}});
-      worst = std::max(worst, norm(radial - sphere[0].geometry.smooth_normal[t.smooth_vertex[f][c]]));
+      worst =
+          std::max(worst, norm(radial - sphere[0].geometry.smooth_normal[t.smooth_vertex[f][c]]));
     }
   }
   // Max's weights give the exact normal for vertices on a sphere, up to rounding of unit vectors.
@@ -101,7 +104,8 @@ TEST(ImmersedScan, ClosesEveryLineOfASphereWithVerticesOnNodes) {
   for (int k = 0; k < 16; ++k)
     for (int j = 0; j < 16; ++j)
       for (int i = 0; i < 16; ++i)
-        expected += bodies.inside_any({{grid.axis[0].x(i), grid.axis[1].x(j), grid.axis[2].x(k)}}, -1);
+        expected +=
+            bodies.inside_any({{grid.axis[0].x(i), grid.axis[1].x(j), grid.axis[2].x(k)}}, -1);
   // Scan along lines and single-point test share rules except for nodes exactly on the surface:
   // at most the six axis vertices.
   EXPECT_NEAR(static_cast<double>(count_tag(cut, tag_body)), expected, 6.0);
@@ -164,12 +168,13 @@ TEST(ImmersedScan, CutsEveryLineThatAPlateOfATenthOfACellCrosses) {
     }
   }
   // Inclined by 10 degrees: all 20 x-lines are cut all the same.
-  const double s10 = std::sin(10.0 * std::numbers::pi / 180), c10 = std::cos(10.0 * std::numbers::pi / 180);
+  const double s10 = std::sin(10.0 * std::numbers::pi / 180),
+               c10 = std::cos(10.0 * std::numbers::pi / 180);
   const auto at = [&](double u, double w) {
     return std::array<double, 2>{.5 + c10 * u - s10 * w, .5 + s10 * u + c10 * w};
   };
-  const Bodies bodies = make_bodies(
-      grid, {make_prism({at(0, -1), at(.1 * h, -1), at(.1 * h, 1), at(0, 1)}, -1, 2)});
+  const Bodies bodies =
+      make_bodies(grid, {make_prism({at(0, -1), at(.1 * h, -1), at(.1 * h, 1), at(0, 1)}, -1, 2)});
   const CutGrid cut = cut_grid(grid, bodies, 0.0);
   EXPECT_EQ(std::count(cut.lines[0].cut.begin(), cut.lines[0].cut.end(), 1), 20);
   EXPECT_EQ(cut.open_lines, 0U);
@@ -234,7 +239,8 @@ TEST(ImmersedTree, FindsWhatBruteForceFinds) {
       for (std::size_t f = 0; f < s.n_facets(); ++f) {
         if (!accept(static_cast<std::int32_t>(f), {})) continue;
         const Corners& v = s.topology.facet[f];
-        const TrianglePoint p = nearest_on_triangle(x, s.vertex(v[0]), s.vertex(v[1]), s.vertex(v[2]));
+        const TrianglePoint p =
+            nearest_on_triangle(x, s.vertex(v[0]), s.vertex(v[1]), s.vertex(v[2]));
         brute2 = std::min(brute2, norm2(p.point - x));
       }
       worst = std::max(worst, std::abs(best2 - brute2));
@@ -253,7 +259,8 @@ TEST(ImmersedFoot, OfAPointOnTheFarSideOfAThinPlateStaysOnTheCrossedSide) {
   for (std::size_t f = 0; f < bodies[0].n_facets(); ++f) {
     if (bodies[0].geometry.normal[f][0] > -.9) continue;
     // Three cells behind the front wall, in the gas on the other side.
-    const Foot foot = find_foot(bodies, {{.65, .5, .5}}, {{.5, .5, .5}}, 0, static_cast<std::int32_t>(f));
+    const Foot foot =
+        find_foot(bodies, {{.65, .5, .5}}, {{.5, .5, .5}}, 0, static_cast<std::int32_t>(f));
     EXPECT_NEAR(foot.normal[0], -1.0, 1e-14);
     EXPECT_NEAR(foot.depth, .15, 1e-14);
     EXPECT_NEAR(foot.point[0], .5, 1e-14);

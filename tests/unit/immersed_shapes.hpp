@@ -115,7 +115,8 @@ inline BodySurface make_prism(const std::vector<std::array<double, 2>>& polygon,
   for (const double z : {z_low, z_high}) {
     for (const auto& p : polygon) s.vertices.insert(s.vertices.end(), {p[0], p[1], z});
   }
-  for (const double z : {z_low, z_high}) s.vertices.insert(s.vertices.end(), {centre[0], centre[1], z});
+  for (const double z : {z_low, z_high})
+    s.vertices.insert(s.vertices.end(), {centre[0], centre[1], z});
   for (std::int32_t a = 0; a < n; ++a) {
     const std::int32_t b = (a + 1) % n;
     s.triangles.insert(s.triangles.end(), {a, b, n + b, a, n + b, n + a});
@@ -154,7 +155,8 @@ class Fields {
           const std::array<double, 5> s =
               state(grid.axis[0].x(i), grid.axis[1].x(j), grid.axis[2].x(k));
           view_(prim_rho, i, j, k) = density(gas, s[0], s[1]);
-          for (int a = 0; a < 3; ++a) view_(prim_u + a, i, j, k) = s[static_cast<std::size_t>(2 + a)];
+          for (int a = 0; a < 3; ++a)
+            view_(prim_u + a, i, j, k) = s[static_cast<std::size_t>(2 + a)];
           view_(prim_T, i, j, k) = s[1];
         }
       }

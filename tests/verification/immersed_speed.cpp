@@ -34,14 +34,18 @@ TEST(ImmersedSpeed, OfTopologyAndGhostsAt128Cubed) {
   for (const bool moves : {false, true}) {
     Clock clock;
     ImmersedBoundary bodies(
-        grid, gas, {{.name = "ball", .surface = make_sphere({.5, .5, .5}, .36, 6), .moves = moves}}, {});
+        grid, gas, {{.name = "ball", .surface = make_sphere({.5, .5, .5}, .36, 6), .moves = moves}},
+        {});
     const double prepare = clock.lap();
     Fields W(grid);
-    W.set(grid, gas, [](double, double, double) { return std::array<double, 5>{1e5, 300, 0, 0, 0}; });
+    W.set(grid, gas, [](double, double, double) {
+      return std::array<double, 5>{1e5, 300, 0, 0, 0};
+    });
     clock.lap();
     bodies.update_topology(W.view());
     const double first = clock.lap();
-    const int ghosts = n_ghost * (bodies.lines(0).n_walls + bodies.lines(1).n_walls + bodies.lines(2).n_walls);
+    const int ghosts =
+        n_ghost * (bodies.lines(0).n_walls + bodies.lines(1).n_walls + bodies.lines(2).n_walls);
     bodies.compute_ghosts(W.view());
     clock.lap();
     bodies.compute_ghosts(W.view());
@@ -49,9 +53,11 @@ TEST(ImmersedSpeed, OfTopologyAndGhostsAt128Cubed) {
     std::vector<double> p(bodies.position(0).size() / 3);
     bodies.read_overpressure(W.view(), 0, 1e5, p);
     const double read = clock.lap();
-    std::printf("processor time, 128^3, 32768 facets, %d ghosts, %s: prepare %.0f ms, first topology %.0f ms, stage %.1f ms "
-                "(%.0f ns per ghost), read-out %.1f ms", ghosts, moves ? "moving" : "static", prepare,
-                first, stage, 1e6 * stage / ghosts, read);
+    std::printf(
+        "processor time, 128^3, 32768 facets, %d ghosts, %s: prepare %.0f ms, first topology %.0f "
+        "ms, stage %.1f ms "
+        "(%.0f ns per ghost), read-out %.1f ms",
+        ghosts, moves ? "moving" : "static", prepare, first, stage, 1e6 * stage / ghosts, read);
     if (moves) {
       std::vector<double> x(bodies.position(0).begin(), bodies.position(0).end());
       for (std::size_t v = 0; v < x.size(); v += 3) x[v] += .015 / n;
@@ -65,8 +71,8 @@ TEST(ImmersedSpeed, OfTopologyAndGhostsAt128Cubed) {
       clock.lap();
       bodies.update_topology(W.view());
       const double again = clock.lap();
-      std::printf(", move %.1f ms, stage after it %.1f ms (%.0f ns per ghost), topology %.0f ms", move,
-                  moved_stage, 1e6 * moved_stage / ghosts, again);
+      std::printf(", move %.1f ms, stage after it %.1f ms (%.0f ns per ghost), topology %.0f ms",
+                  move, moved_stage, 1e6 * moved_stage / ghosts, again);
     } else {
       bodies.update_topology(W.view());
       const double again = clock.lap();
