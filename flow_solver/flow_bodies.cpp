@@ -30,41 +30,51 @@ void Flow::Core::set_segments(int axis) {
           static_cast<std::uint8_t>(1 << (b % tile_width));
     }
   }
-  const bool mirror_low = is_mirrored(boundaries[2 * a].kind);
+  const auto b_of = static_cast<std::size_t>(b_axis), c_of = static_cast<std::size_t>(c_axis);
+  const bool mirror_low = is_mirrored(boundaries[2 * a].kind) && lo[a] == 0;
   SegmentBatches& out = segments[a];
   out.batch.clear();
-  out.begin.assign(static_cast<std::size_t>(n_c) + 1, 0);
-  std::vector<const Segment*> group;
+  out.begin.assign(static_cast<std::size_t>(hi[c_of] - lo[c_of]) + 1, 0);
+  std::vector<Segment> group;
   std::size_t next = 0;
   for (int c = 0; c < n_c; ++c) {
-    out.begin[static_cast<std::size_t>(c)] = out.batch.size();
+    if (c >= lo[c_of] && c < hi[c_of]) out.begin[static_cast<std::size_t>(c - lo[c_of])] = out.batch.size();
     group.clear();
     for (; next < lines.segments.size() && lines.segments[next].c == c; ++next) {
-      if (lines.segments[next].end > lines.segments[next].begin) group.push_back(&lines.segments[next]);
+      Segment s = lines.segments[next];
+      if (c < lo[c_of] || c >= hi[c_of] || s.b < lo[b_of] || s.b >= hi[b_of]) continue;
+      if (s.begin < lo[a]) {
+        s.begin = lo[a];
+        s.wall_low = -1;
+      }
+      if (s.end > hi[a]) {
+        s.end = hi[a];
+        s.wall_high = -1;
+      }
+      if (s.end > s.begin) group.push_back(s);
     }
-    const auto from_mirror = [&](const Segment* s) { return mirror_low && s->wall_low < 0; };
+    const auto from_mirror = [&](const Segment& s) { return mirror_low && s.wall_low < 0; };
     // Lanes of a batch share the elimination from their start and should have like lengths.
-    std::stable_sort(group.begin(), group.end(), [&](const Segment* l, const Segment* r) {
-      return std::pair(from_mirror(l), l->end - l->begin) < std::pair(from_mirror(r), r->end - r->begin);
+    std::stable_sort(group.begin(), group.end(), [&](const Segment& l, const Segment& r) {
+      return std::pair(from_mirror(l), l.end - l.begin) < std::pair(from_mirror(r), r.end - r.begin);
     });
     for (std::size_t s = 0; s < group.size();) {
       SegmentBatch batch;
       const bool kind = from_mirror(group[s]);
       for (; s < group.size() && batch.lanes < tile_width && from_mirror(group[s]) == kind; ++s) {
         const int l = batch.lanes++;
-        batch.length[l] = group[s]->end - group[s]->begin;
-        batch.begin[l] = group[s]->begin;
-        batch.b[l] = group[s]->b;
-        batch.c[l] = group[s]->c;
-        batch.wall_low[l] = group[s]->wall_low;
-        batch.wall_high[l] = group[s]->wall_high;
+        // Indices within the box.
+        batch.length[l] = group[s].end - group[s].begin;
+        batch.begin[l] = group[s].begin - lo[a];
+        batch.b[l] = group[s].b - lo[b_of];
+        batch.c[l] = group[s].c - lo[c_of];
+        batch.wall_low[l] = group[s].wall_low;
+        batch.wall_high[l] = group[s].wall_high;
       }
       out.batch.push_back(batch);
     }
   }
-  out.begin[static_cast<std::size_t>(n_c)] = out.batch.size();
-  ctx.wall_ghost[axis] = lines.ghost.data();
-  ctx.wall_motion[axis] = lines.wall_motion.data();
+  out.begin.back() = out.batch.size();
 }
 
 void Flow::Core::add_wall_nodes(int axis) {
@@ -162,7 +172,9 @@ void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
   c.segments = {};
   c.prepared = false;
   c.set_masks_without_bodies();
-  if (c.bodies) c.take_topology(true);
+  if (!c.bodies) return;
+  c.take_topology(true);
+  c.find_box();
 }
 
 }  // namespace ocublast::flow

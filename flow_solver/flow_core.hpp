@@ -36,7 +36,18 @@ struct Flow::Core {
   Boundaries boundaries;
   FlowOptions options;
   const Kernels* kernels = nullptr;
-  Context ctx;
+  Context ctx;  ///< the whole grid
+  Context box;  ///< the part that is computed: ctx with shifted pointers
+  std::array<int, 3> lo{}, hi{};  ///< nodes [lo, hi) of the box
+  std::array<LineTable, 3> box_table;
+  void set_box(const std::array<int, 3>& new_lo, const std::array<int, 3>& new_hi);
+  void refresh_box();
+  /// Smallest box around all disturbed nodes, or the whole grid without the option.
+  void find_box();
+  /// Widens the box where a disturbance has come within the margin of its faces.
+  void grow_box();
+  [[nodiscard]] bool disturbed(int i, int j, int k) const;
+  [[nodiscard]] bool layer_disturbed(int axis, int at) const;
   FieldMemory W, R, Q, A, G;
   std::array<LineTable, 3> table, table_from_ghost, table_from_mirror;
   std::array<LineMetric, 3> metric;
@@ -45,6 +56,7 @@ struct Flow::Core {
   std::vector<std::uint8_t> fluid, mark, failed;
   std::array<std::vector<std::uint8_t>, 3> cut, line_marked;
   std::vector<double> mark_copy;  ///< marks as numbers, for checkpoints
+  std::vector<double> box_copy;   ///< lo and hi as numbers, for checkpoints
   std::vector<PlaneMaxima> maxima;
   std::unique_ptr<BodiesInFlow> bodies;
   std::array<SegmentBatches, 3> segments;
@@ -69,6 +81,7 @@ struct Flow::Core {
   void store_state(int i, int j, int k, const State& s);
   void fill_padding();
   void fill_ghosts();
+  void fill_scalar(const Block& block, int field);
   /// Ghosts, artificial diffusivity and step limits of the current state.
   void prepare();
   [[nodiscard]] bool fresh_charge() const;

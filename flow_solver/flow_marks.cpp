@@ -28,7 +28,7 @@ void Flow::Core::premark(StepReport&) {
   long count = 0;
   if (p_max > ratio * p_min) {
 #pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : count)
-    for (int k = 0; k < ctx.n[2]; ++k) count += kernels->premark_plane(ctx, k, ratio);
+    for (int k = 0; k < box.n[2]; ++k) count += kernels->premark_plane(box, k, ratio);
   }
   if (count > 0) {
     for (std::size_t i = 0; i < mark.size(); ++i) {
@@ -95,7 +95,7 @@ std::size_t Flow::Core::count_marks() const {
 
 void Flow::Core::restore() {
 #pragma omp parallel for schedule(static) num_threads(options.threads)
-  for (int k = 0; k < ctx.n[2]; ++k) kernels->restore_plane(ctx, k);
+  for (int k = 0; k < box.n[2]; ++k) kernels->restore_plane(box, k);
 }
 
 /// Last resort with floors: a failed node keeps its state of the step's start, lifted to the floors.

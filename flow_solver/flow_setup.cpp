@@ -1,5 +1,6 @@
 // Construction of the flow: memory, tables, masks, initial states, boundaries, checkpoints.
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -13,29 +14,40 @@
 namespace ocublast::flow {
 namespace {
 
+struct KernelSet {
+  std::string_view name;
+  bool present;  ///< whether this processor has the instructions
+  const Kernels* kernels;
+};
+
+/// Compiled sets, best last.
+std::vector<KernelSet> kernel_sets() {
+  std::vector<KernelSet> sets;
+#ifdef OCU_HAS_baseline
+  sets.push_back({"baseline", true, &isa_baseline::kernels()});
+#endif
+#ifdef OCU_HAS_avx2
+  sets.push_back({"avx2", __builtin_cpu_supports("x86-64-v3") != 0, &isa_avx2::kernels()});
+#endif
+#ifdef OCU_HAS_avx512
+  sets.push_back({"avx512", __builtin_cpu_supports("x86-64-v4") != 0, &isa_avx512::kernels()});
+#endif
+  return sets;
+}
+
 const Kernels& choose_kernels(const std::string& wanted) {
-  const bool avx512 = __builtin_cpu_supports("x86-64-v4") != 0;
-  const bool avx2 = __builtin_cpu_supports("x86-64-v3") != 0;
-  const auto missing = [&] {
-    throw CaseError(fmt::format("instruction set {}: not offered by this processor; leave it out for "
-                                "the best one present", wanted));
-  };
-  if (wanted.empty()) {
-    if (avx512) return isa_avx512::kernels();
-    return avx2 ? isa_avx2::kernels() : isa_baseline::kernels();
+  const Kernels* best = nullptr;
+  std::string offered;
+  for (const KernelSet& set : kernel_sets()) {
+    if (!set.present) continue;
+    offered += fmt::format(" {}", set.name);
+    if (wanted.empty() || wanted == set.name) best = set.kernels;
   }
-  if (wanted == "avx512") {
-    if (!avx512) missing();
-    return isa_avx512::kernels();
+  if (best == nullptr) {
+    throw CaseError(fmt::format("instruction set \"{}\": offered here are{}; leave it out for the best one",
+                                wanted, offered));
   }
-  if (wanted == "avx2") {
-    if (!avx2) missing();
-    return isa_avx2::kernels();
-  }
-  if (wanted != "baseline") {
-    throw CaseError(fmt::format("instruction set {}: accepted are baseline, avx2, avx512", wanted));
-  }
-  return isa_baseline::kernels();
+  return *best;
 }
 
 LineEnd line_end(BoundaryKind kind) {
@@ -94,6 +106,7 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
   set_tables();
   set_context();
   set_masks_without_bodies();
+  set_box({0, 0, 0}, {ctx.n[0], ctx.n[1], ctx.n[2]});
   scratch.resize(static_cast<std::size_t>(options.threads));
   const std::size_t size = kernels->scratch_doubles(ctx);
   // Each thread touches its own scratch and its part of the fields first.
@@ -105,7 +118,6 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
 #pragma omp parallel for schedule(static) num_threads(options.threads)
     for (std::ptrdiff_t i = 0; i < count; ++i) all[static_cast<std::size_t>(i)] = 0.0;
   }
-  maxima.resize(static_cast<std::size_t>(grid.axis[2].n));
 }
 
 void Flow::Core::set_tables() {
@@ -146,6 +158,9 @@ void Flow::Core::set_context() {
   }
   ctx.tiles = (ctx.n[0] + tile_width - 1) / tile_width;
   ctx.row_groups = (ctx.n[1] + tile_width - 1) / tile_width;
+  ctx.mask_rows = ctx.n[1];
+  ctx.mask_tiles = ctx.tiles;
+  ctx.mask_groups = ctx.row_groups;
   ctx.gamma = options.gas.heat_capacity_ratio;
   ctx.gas_constant = options.gas.gas_constant;
   ctx.viscous = options.viscosity != Viscosity::none;
@@ -203,7 +218,9 @@ void Flow::Core::store_state(int i, int j, int k, const State& s) {
                                    0.5 * s.rho * (s.u * s.u + s.v * s.v + s.w * s.w)};
   for (int f = 0; f < n_primitive; ++f) {
     ctx.W.data[f * ctx.W.sf + i + j * ctx.W.sj + k * ctx.W.sk] = value[f];
+    // Both buffers: outside the active box they are never exchanged for new values.
     ctx.Q.data[f * ctx.Q.sf + i + j * ctx.Q.sj + k * ctx.Q.sk] = conserved[f];
+    ctx.A.data[f * ctx.A.sf + i + j * ctx.A.sj + k * ctx.A.sk] = conserved[f];
   }
 }
 
@@ -274,7 +291,9 @@ void Flow::set_state_by_index(const std::function<State(int, int, int)>& state) 
   }
   c.fill_padding();
   c.prepared = false;
+  c.set_box({0, 0, 0}, {c.ctx.n[0], c.ctx.n[1], c.ctx.n[2]});
   c.fill_ghosts();
+  c.find_box();
 }
 
 void Flow::fill_domain_ghosts() { core_->fill_ghosts(); }
@@ -308,7 +327,9 @@ Totals Flow::totals() const {
 std::vector<CheckpointPart> Flow::checkpoint() {
   Core& c = *core_;
   c.mark_copy.assign(c.mark.begin(), c.mark.end());
-  return {{"primitives", c.W.all()}, {"conserved", c.Q.all()}, {"marks", c.mark_copy}};
+  c.box_copy = {static_cast<double>(c.lo[0]), static_cast<double>(c.lo[1]), static_cast<double>(c.lo[2]),
+                static_cast<double>(c.hi[0]), static_cast<double>(c.hi[1]), static_cast<double>(c.hi[2])};
+  return {{"primitives", c.W.all()}, {"conserved", c.Q.all()}, {"marks", c.mark_copy}, {"active_box", c.box_copy}};
 }
 
 void Flow::restored() {
@@ -317,7 +338,16 @@ void Flow::restored() {
   c.prepared = false;
   c.ctx.any_mark = true;
   c.set_line_marks();
+  // The other buffer must hold the same gas outside the active box.
+  const Block &q = c.ctx.Q, &a = c.ctx.A;
+  for (int k = 0; k < c.ctx.n[2]; ++k) {
+    for (int j = 0; j < c.ctx.n[1]; ++j) {
+      std::copy_n(q.data + j * q.sj + k * q.sk, q.sj - tile_width, a.data + j * a.sj + k * a.sk);
+    }
+  }
   if (c.bodies) c.take_topology(false);
+  const auto at = [&](std::size_t m) { return static_cast<int>(c.box_copy[m]); };
+  c.set_box({at(0), at(1), at(2)}, {at(3), at(4), at(5)});
 }
 
 std::span<const std::uint8_t> Flow::marks() const { return core_->mark; }

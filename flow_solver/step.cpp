@@ -39,22 +39,33 @@ constexpr double stage_time[4] = {0.0, 0.5, 0.5, 1.0};
 }  // namespace
 
 void Flow::Core::fill_ghosts() {
-  fill_primitive_ghosts(grid, boundaries, options.gas, ctx.W, options.threads);
+  const NodeBox part{{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
+  fill_primitive_ghosts(grid, boundaries, options.gas, part, ctx.W, options.threads);
+}
+
+void Flow::Core::fill_scalar(const Block& block, int field) {
+  const NodeBox part{{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
+  fill_scalar_ghosts(grid, boundaries, part, block, field, options.threads);
 }
 
 bool Flow::Core::fresh_charge() const { return p_max > fresh_ratio * p_min; }
 
 void Flow::Core::prepare() {
-  const int n2 = ctx.n[2], threads = options.threads;
+  const int threads = options.threads;
+  if (options.active_box) grow_box();
+  refresh_box();
+  const int n2 = box.n[2];
+  maxima.assign(static_cast<std::size_t>(n2), {});
   if (bodies) {
     fill_ghosts();
     bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
   }
   fill_ghosts();
+  refresh_box();
 #pragma omp parallel for schedule(static) num_threads(threads)
   for (int k = 0; k < n2; ++k) {
-    kernels->theta_plane(ctx, k, maxima[static_cast<std::size_t>(k)]);
-    correct_dilatation(k);
+    kernels->theta_plane(box, k, maxima[static_cast<std::size_t>(k)]);
+    correct_dilatation(k + lo[2]);
   }
   convection = 0.0;
   p_max = 0.0;
@@ -66,22 +77,23 @@ void Flow::Core::prepare() {
   }
   diffusion = 0.0;
   ctx.cap = (fresh_charge() ? nu_cap_fresh : nu_cap) * convection / options.cfl;
+  box.cap = ctx.cap;
   if (options.artificial_diffusivity || ctx.viscous) {
-    fill_scalar_ghosts(grid, boundaries, ctx.R, 0, threads);
-    if (ctx.need_strain) fill_scalar_ghosts(grid, boundaries, ctx.R, 3, threads);
+    fill_scalar(ctx.R, 0);
+    if (ctx.need_strain) fill_scalar(ctx.R, 3);
 #pragma omp parallel for schedule(static) num_threads(threads)
-    for (int k = 0; k < n2; ++k) kernels->sensor_plane(ctx, k);
+    for (int k = 0; k < n2; ++k) kernels->sensor_plane(box, k);
     for (int field : {1, 2, 4}) {
-      if (field != 4 || ctx.need_strain) fill_scalar_ghosts(grid, boundaries, ctx.R, field, threads);
+      if (field != 4 || ctx.need_strain) fill_scalar(ctx.R, field);
     }
 #pragma omp parallel for schedule(static) num_threads(threads)
     for (int k = 0; k < n2; ++k) {
-      kernels->diffusivity_plane(ctx, scratch[static_cast<std::size_t>(omp_get_thread_num())].data(), k,
+      kernels->diffusivity_plane(box, scratch[static_cast<std::size_t>(omp_get_thread_num())].data(), k,
                                  maxima[static_cast<std::size_t>(k)]);
     }
     for (const PlaneMaxima& m : maxima) diffusion = std::max(diffusion, m.diffusion);
-    fill_scalar_ghosts(grid, boundaries, ctx.W, field_kappa, threads);
-    if (ctx.viscous) fill_scalar_ghosts(grid, boundaries, ctx.W, field_mu, threads);
+    fill_scalar(ctx.W, field_kappa);
+    if (ctx.viscous) fill_scalar(ctx.W, field_mu);
   }
   prepared = true;
 }
@@ -94,33 +106,33 @@ double Flow::stable_step() {
 }
 
 void Flow::Core::sweep_planes() {
-  const int n2 = ctx.n[2];
+  const int n2 = box.n[2];
 #pragma omp parallel num_threads(options.threads)
   {
     double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
-    if (ctx.viscous) {
-      const int edge = ctx.present[2] ? 1 : 0;
+    if (box.viscous) {
+      const int edge = box.present[2] ? 1 : 0;
 #pragma omp for schedule(static)
-      for (int k = -edge; k < n2 + edge; ++k) kernels->gradient_plane(ctx, k);
+      for (int k = -edge; k < n2 + edge; ++k) kernels->gradient_plane(box, k);
     }
 #pragma omp for schedule(static)
     for (int k = 0; k < n2; ++k) {
       if (ctx.bulk) {
-        kernels->bulk_plane(ctx, k);
-        correct_bulk(k);
+        kernels->bulk_plane(box, k);
+        correct_bulk(k + lo[2]);
       }
-      kernels->sweep_x(ctx, own, k, 0, ctx.row_groups);
+      kernels->sweep_x(box, own, k, 0, box.row_groups);
       const auto run = [&](int axis) {
         const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
         if (s.begin.empty()) return;
         const auto c = static_cast<std::size_t>(k);
         for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
-          kernels->sweep_segments(ctx, own, axis, s.batch[b]);
+          kernels->sweep_segments(box, own, axis, s.batch[b]);
         }
       };
       run(0);
-      if (ctx.present[1]) {
-        kernels->sweep_y(ctx, own, k, 0, ctx.tiles);
+      if (box.present[1]) {
+        kernels->sweep_y(box, own, k, 0, box.tiles);
         run(1);
       }
     }
@@ -130,23 +142,23 @@ void Flow::Core::sweep_planes() {
 /// The same where there is only one plane: threads share its lines.
 void Flow::Core::sweep_one_plane() {
   if (ctx.bulk) {
-    kernels->bulk_plane(ctx, 0);
+    kernels->bulk_plane(box, 0);
     correct_bulk(0);
   }
-  if (ctx.viscous) kernels->gradient_plane(ctx, 0);
+  if (box.viscous) kernels->gradient_plane(box, 0);
 #pragma omp parallel num_threads(options.threads)
   {
     double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
 #pragma omp for schedule(static)
-    for (int g = 0; g < ctx.row_groups; ++g) kernels->sweep_x(ctx, own, 0, g, g + 1);
+    for (int g = 0; g < box.row_groups; ++g) kernels->sweep_x(box, own, 0, g, g + 1);
     for (int axis = 0; axis < 2; ++axis) {
       const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
-      if (axis == 1 && ctx.present[1]) {
+      if (axis == 1 && box.present[1]) {
 #pragma omp for schedule(static)
-        for (int t = 0; t < ctx.tiles; ++t) kernels->sweep_y(ctx, own, 0, t, t + 1);
+        for (int t = 0; t < box.tiles; ++t) kernels->sweep_y(box, own, 0, t, t + 1);
       }
 #pragma omp for schedule(static)
-      for (std::size_t b = 0; b < batch.size(); ++b) kernels->sweep_segments(ctx, own, axis, batch[b]);
+      for (std::size_t b = 0; b < batch.size(); ++b) kernels->sweep_segments(box, own, axis, batch[b]);
     }
   }
 }
@@ -155,15 +167,15 @@ long Flow::Core::update_rows() {
   long failures = 0;
   const SegmentBatches& s = segments[2];
 #pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : failures)
-  for (int j = 0; j < ctx.n[1]; ++j) {
+  for (int j = 0; j < box.n[1]; ++j) {
     double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
     if (!s.begin.empty()) {
       const auto c = static_cast<std::size_t>(j);
       for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
-        kernels->sweep_segments(ctx, own, 2, s.batch[b]);
+        kernels->sweep_segments(box, own, 2, s.batch[b]);
       }
     }
-    failures += kernels->update_row(ctx, own, j);
+    failures += kernels->update_row(box, own, j);
   }
   return failures;
 }
@@ -171,31 +183,31 @@ long Flow::Core::update_rows() {
 /// Filter along x and y (z was filtered with the update), then primitives.
 long Flow::Core::finish_planes() {
   const int threads = options.threads;
-  if (ctx.filter) {
+  if (box.filter) {
     const SegmentBatches& z = segments[2];
     if (!z.batch.empty()) {
 #pragma omp parallel for schedule(static) num_threads(threads)
       for (std::size_t b = 0; b < z.batch.size(); ++b) {
         double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
-        kernels->filter_segments(ctx, own, 2, z.batch[b]);
+        kernels->filter_segments(box, own, 2, z.batch[b]);
       }
     }
-    if (ctx.n[2] > 1) {
+    if (box.n[2] > 1) {
 #pragma omp parallel for schedule(static) num_threads(threads)
-      for (int k = 0; k < ctx.n[2]; ++k) {
+      for (int k = 0; k < box.n[2]; ++k) {
         double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
         const auto run = [&](int axis) {
           const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
           if (s.begin.empty()) return;
           const auto c = static_cast<std::size_t>(k);
           for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
-            kernels->filter_segments(ctx, own, axis, s.batch[b]);
+            kernels->filter_segments(box, own, axis, s.batch[b]);
           }
         };
-        kernels->filter_x(ctx, own, k, 0, ctx.row_groups);
+        kernels->filter_x(box, own, k, 0, box.row_groups);
         run(0);
-        if (!ctx.present[1]) continue;
-        kernels->filter_y(ctx, own, k, 0, ctx.tiles);
+        if (!box.present[1]) continue;
+        kernels->filter_y(box, own, k, 0, box.tiles);
         run(1);
       }
     } else {
@@ -203,27 +215,27 @@ long Flow::Core::finish_planes() {
       {
         double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
 #pragma omp for schedule(static)
-        for (int g = 0; g < ctx.row_groups; ++g) kernels->filter_x(ctx, own, 0, g, g + 1);
+        for (int g = 0; g < box.row_groups; ++g) kernels->filter_x(box, own, 0, g, g + 1);
         for (int axis = 0; axis < 2; ++axis) {
           const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
-          if (axis == 1 && ctx.present[1]) {
+          if (axis == 1 && box.present[1]) {
 #pragma omp for schedule(static)
-            for (int t = 0; t < ctx.tiles; ++t) kernels->filter_y(ctx, own, 0, t, t + 1);
+            for (int t = 0; t < box.tiles; ++t) kernels->filter_y(box, own, 0, t, t + 1);
           }
 #pragma omp for schedule(static)
-          for (std::size_t b = 0; b < batch.size(); ++b) kernels->filter_segments(ctx, own, axis, batch[b]);
+          for (std::size_t b = 0; b < batch.size(); ++b) kernels->filter_segments(box, own, axis, batch[b]);
         }
       }
     }
   }
   long failures = 0;
 #pragma omp parallel for schedule(static) num_threads(threads) reduction(+ : failures)
-  for (int k = 0; k < ctx.n[2]; ++k) failures += kernels->finish_plane(ctx, k);
+  for (int k = 0; k < box.n[2]; ++k) failures += kernels->finish_plane(box, k);
   return failures;
 }
 
 long Flow::Core::run_stage() {
-  if (ctx.n[2] > 1) sweep_planes();
+  if (box.n[2] > 1) sweep_planes();
   else sweep_one_plane();
   return update_rows();
 }
@@ -238,6 +250,7 @@ bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report
       bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
     }
     fill_ghosts();
+    refresh_box();
     const long failures = run_stage();
     if (failures > 0) {
       if (!repair) return false;
@@ -271,6 +284,8 @@ StepReport Flow::advance(double t, double dt) {
     c.restore();
   }
   report.marked_nodes = c.count_marks();
+  report.active_share = static_cast<double>(c.box.n[0]) * c.box.n[1] * c.box.n[2] /
+                        static_cast<double>(c.grid.n_cells());
   std::swap(c.Q, c.A);
   c.ctx.Q = c.Q.block();
   c.ctx.A = c.A.block();

@@ -56,6 +56,12 @@ struct FlowOptions {
   /// Absolute floors for a field that redoing the step cannot cure; 0: throw instead.
   double floor_density = 0.0;                  ///< kg/m^3
   double floor_pressure = 0.0;                 ///< Pa
+  /// Computes only a box that holds every node that differs from `quiescent`, with a margin; the gas
+  /// outside must be at rest in that state. The box only grows.
+  bool active_box = false;
+  State quiescent;
+  double active_tolerance = 1e-9;              ///< relative difference that counts as disturbed
+  int active_margin = 16;                      ///< nodes between a disturbed one and the box's faces
   int threads = 1;
   std::string instruction_set;                 ///< "", "baseline", "avx2", "avx512"; "": best present
 };

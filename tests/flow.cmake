@@ -1,6 +1,17 @@
 # Tests of the flow core; see ocublast_test in CMakeLists.txt.
 ocublast_test(NAME test_flow_grid LABEL unit SOURCES unit/flow_grid.cpp LIBRARIES ocublast_flow_grid)
-ocublast_test(NAME test_flow_burst LABEL unit SOURCES unit/flow_burst.cpp LIBRARIES ocublast_flow_sources)
-ocublast_test(NAME test_flow_shock_tube LABEL verification SOURCES verification/flow_shock_tube.cpp
-              LIBRARIES ocublast_flow_core)
-target_include_directories(test_flow_shock_tube PRIVATE ${CMAKE_SOURCE_DIR})
+
+foreach(name shock_tube smooth invariants)
+  ocublast_test(NAME test_flow_${name} LABEL verification SOURCES verification/flow_${name}.cpp
+                LIBRARIES ocublast_flow_core TIMEOUT 120)
+  target_include_directories(test_flow_${name} PRIVATE ${CMAKE_SOURCE_DIR})
+endforeach()
+
+if(TARGET ocublast_flow_step)
+  ocublast_test(NAME test_flow_cut_lines LABEL verification SOURCES verification/flow_cut_lines.cpp
+                LIBRARIES ocublast_flow_step TIMEOUT 120)
+  target_include_directories(test_flow_cut_lines PRIVATE ${CMAKE_SOURCE_DIR})
+endif()
+
+add_executable(flow_speed bench/flow_speed.cpp)
+target_link_libraries(flow_speed PRIVATE ocublast_flow_core ocublast_warnings)

@@ -68,6 +68,24 @@ void fill_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std::ptrd
   }
 }
 
+/// Calls fill(axis, node 0 of the first line, stride, number of neighbouring lines) for all lines
+/// beside the box: x-lines, then rows with their x ghosts, then planes with both.
+template <class Fill>
+void fill_all_ends(const Grid& grid, const NodeBox& box, double* data, const Block& b, int threads,
+                   const Fill& fill) {
+  const int first = box.lo[0] - n_ghost;
+  const int width = box.hi[0] - box.lo[0] + 2 * n_ghost;
+#pragma omp parallel for schedule(static) num_threads(threads)
+  for (int k = box.lo[2]; k < box.hi[2]; ++k) {
+    for (int j = box.lo[1]; j < box.hi[1]; ++j) fill(0, data + j * b.sj + k * b.sk, 1, 1);
+    if (grid.axis[1].present) fill(1, data + first + k * b.sk, b.sj, width);
+  }
+  if (!grid.axis[2].present) return;
+  const int g1 = grid.axis[1].ghosts();
+#pragma omp parallel for schedule(static) num_threads(threads)
+  for (int j = box.lo[1] - g1; j < box.hi[1] + g1; ++j) fill(2, data + first + j * b.sj, b.sk, width);
+}
+
 }  // namespace
 
 NodeState characteristic_state(const Gas& gas, const NodeState& s, const NodeState& far, int axis,
@@ -93,44 +111,25 @@ NodeState characteristic_state(const Gas& gas, const NodeState& s, const NodeSta
   return b;
 }
 
-void fill_primitive_ghosts(const Grid& grid, const Boundaries& boundaries, const Gas& gas, const Block& W,
-                           int threads) {
-  const auto end_of = [&](int axis, bool low) {
-    const Boundary& b = boundaries[static_cast<std::size_t>(2 * axis + (low ? 0 : 1))];
-    return EndOfLines{&b, &gas, far_state(gas, b.state), axis, low, grid.axis[static_cast<std::size_t>(axis)].n};
-  };
-  const int n0 = grid.axis[0].n, n1 = grid.axis[1].n, n2 = grid.axis[2].n;
-  const int width = n0 + 2 * n_ghost;
-  const EndOfLines xl = end_of(0, true), xh = end_of(0, false), yl = end_of(1, true), yh = end_of(1, false);
-#pragma omp parallel for schedule(static) num_threads(threads)
-  for (int k = 0; k < n2; ++k) {
-    for (int j = 0; j < n1; ++j) {
-      double* node0 = W.data + j * W.sj + k * W.sk;
-      fill_end(xl, node0, W.sf, 1, 1);
-      fill_end(xh, node0, W.sf, 1, 1);
-    }
-    if (!grid.axis[1].present) continue;
-    double* row0 = W.data - n_ghost + k * W.sk;
-    fill_end(yl, row0, W.sf, W.sj, width);
-    fill_end(yh, row0, W.sf, W.sj, width);
-  }
-  if (!grid.axis[2].present) return;
-  const EndOfLines zl = end_of(2, true), zh = end_of(2, false);
-  const int g1 = grid.axis[1].ghosts();
-#pragma omp parallel for schedule(static) num_threads(threads)
-  for (int j = -g1; j < n1 + g1; ++j) {
-    double* row0 = W.data - n_ghost + j * W.sj;
-    fill_end(zl, row0, W.sf, W.sk, width);
-    fill_end(zh, row0, W.sf, W.sk, width);
-  }
-}
-
-void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const Block& block, int field,
-                        int threads) {
-  const int n0 = grid.axis[0].n, n1 = grid.axis[1].n, n2 = grid.axis[2].n;
+void fill_primitive_ghosts(const Grid& grid, const Boundaries& boundaries, const Gas& gas,
+                           const NodeBox& box, const Block& W, int threads) {
   const auto fill = [&](int axis, double* node0, std::ptrdiff_t stride, int count) {
     const int n = grid.axis[static_cast<std::size_t>(axis)].n;
     for (int side = 0; side < 2; ++side) {
+      if (side == 0 ? box.lo[axis] > 0 : box.hi[axis] < n) continue;
+      const Boundary& b = boundaries[static_cast<std::size_t>(2 * axis + side)];
+      fill_end({&b, &gas, far_state(gas, b.state), axis, side == 0, n}, node0, W.sf, stride, count);
+    }
+  };
+  fill_all_ends(grid, box, W.data, W, threads, fill);
+}
+
+void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const NodeBox& box,
+                        const Block& block, int field, int threads) {
+  const auto fill = [&](int axis, double* node0, std::ptrdiff_t stride, int count) {
+    const int n = grid.axis[static_cast<std::size_t>(axis)].n;
+    for (int side = 0; side < 2; ++side) {
+      if (side == 0 ? box.lo[axis] > 0 : box.hi[axis] < n) continue;
       const BoundaryKind kind = boundaries[static_cast<std::size_t>(2 * axis + side)].kind;
       for (int layer = 0; layer < n_ghost; ++layer) {
         const double* from = node0 + source_of(kind, side == 0, layer, n) * stride;
@@ -139,17 +138,7 @@ void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const Bl
       }
     }
   };
-  double* data = block.data + field * block.sf;
-  const int width = n0 + 2 * n_ghost;
-#pragma omp parallel for schedule(static) num_threads(threads)
-  for (int k = 0; k < n2; ++k) {
-    for (int j = 0; j < n1; ++j) fill(0, data + j * block.sj + k * block.sk, 1, 1);
-    if (grid.axis[1].present) fill(1, data - n_ghost + k * block.sk, block.sj, width);
-  }
-  if (!grid.axis[2].present) return;
-  const int g1 = grid.axis[1].ghosts();
-#pragma omp parallel for schedule(static) num_threads(threads)
-  for (int j = -g1; j < n1 + g1; ++j) fill(2, data - n_ghost + j * block.sj, block.sk, width);
+  fill_all_ends(grid, box, block.data + field * block.sf, block, threads, fill);
 }
 
 }  // namespace ocublast::flow

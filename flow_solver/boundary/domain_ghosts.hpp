@@ -18,14 +18,19 @@ struct NodeState {
 [[nodiscard]] NodeState characteristic_state(const Gas& gas, const NodeState& s, const NodeState& far,
                                              int axis, double sign);
 
+/// Nodes [lo, hi) of a part of the grid.
+struct NodeBox {
+  int lo[3], hi[3];
+};
+
 /// Fills four ghost nodes of the primitives beyond every end, x first, then whole rows, then whole
-/// planes, so that edges and corners are filled as well.
-void fill_primitive_ghosts(const Grid& grid, const Boundaries& boundaries, const Gas& gas, const Block& W,
-                           int threads);
+/// planes, so that edges and corners are filled as well. Only beside the box.
+void fill_primitive_ghosts(const Grid& grid, const Boundaries& boundaries, const Gas& gas,
+                           const NodeBox& box, const Block& W, int threads);
 
 /// Fills the ghosts of one even scalar field: mirrored at symmetry and walls, repeated if periodic,
 /// else the end value.
-void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const Block& block, int field,
-                        int threads);
+void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const NodeBox& box,
+                        const Block& block, int field, int threads);
 
 }  // namespace ocublast::flow

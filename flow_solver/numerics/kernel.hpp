@@ -22,7 +22,7 @@ struct Block {
 };
 
 /// How a lane's line ends, for the first-order flux at marked nodes.
-enum class LaneEnd : int { mirrored_slip, mirrored_no_slip, domain_ghost, wall };
+enum class LaneEnd : int { mirrored_slip, mirrored_no_slip, domain_ghost, wall, periodic };
 
 /// One direction: tables (line_table.hpp) and metric, as pointers to entry of face or node 0.
 struct LineView {
@@ -58,6 +58,10 @@ struct Context {
   bool present[3] = {false, false, false};
   int tiles = 1;      ///< tiles of a row
   int row_groups = 1; ///< groups of eight rows of a plane
+  // Extents of the mask arrays: those of the whole grid where the context covers a box of it.
+  int mask_rows = 1;
+  int mask_tiles = 1;
+  int mask_groups = 1;
   double gamma = 1.4, gas_constant = 287.0;
   bool heat = false;      ///< kappa (artificial or physical) acts
   bool viscous = false;   ///< mu acts

@@ -83,9 +83,7 @@ OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, dou
   for (int l = 0; l < tile_width; ++l) {
     if (((lanes.active >> l) & 1u) == 0) continue;
     for (int j = 0; j <= lanes.n[l]; ++j) {
-      const bool hit = (j > 0 && lanes.mark[l][(j - 1) * lanes.ml] != 0) ||
-                       (j < lanes.n[l] && lanes.mark[l][j * lanes.ml] != 0);
-      if (!hit) continue;
+      if (!touches_mark(lanes, l, j)) continue;
       for (int f = 0; f < 5; ++f) buf[(static_cast<Index>(j) * face_record + f) * tile_width + l] = 0.0;
     }
   }
@@ -165,7 +163,8 @@ OCU_INLINE void filter_line(const LineView& line, int n, const UniformFilter& co
   filter_pencil<2>(line, n, line.face_begin, line.face_end, coef, buf, pencil, keep, marked);
 }
 
-inline void filter_x(const Context& ctx, double* scratch, int k, int g0, int g1) {
+inline void filter_x(const Context& shared, double* scratch, int k, int g0, int g1) {
+  const Context ctx = shared;
   const LineView& line = ctx.line[0];
   const int n = ctx.n[0];
   double* buf = face_zero(scratch);
@@ -175,7 +174,7 @@ inline void filter_x(const Context& ctx, double* scratch, int k, int g0, int g1)
   for (int g = g0; g < g1; ++g) {
     const int j0 = g * tile_width;
     const unsigned rows = existing(j0, ctx.n[1]);
-    const Index flag = static_cast<Index>(k) * ctx.row_groups + g;
+    const Index flag = static_cast<Index>(k) * ctx.mask_groups + g;
     const unsigned cut = ctx.bodies ? ctx.cut[0][flag] : 0u;
     if ((cut & rows) == rows) continue;
     double* a_row[8];
@@ -235,7 +234,8 @@ inline void filter_x(const Context& ctx, double* scratch, int k, int g0, int g1)
   }
 }
 
-inline void filter_y(const Context& ctx, double* scratch, int k, int t0, int t1) {
+inline void filter_y(const Context& shared, double* scratch, int k, int t0, int t1) {
+  const Context ctx = shared;
   const LineView& line = ctx.line[1];
   const int n = ctx.n[1];
   double* buf = face_zero(scratch);
@@ -243,7 +243,7 @@ inline void filter_y(const Context& ctx, double* scratch, int k, int t0, int t1)
   const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian};
   for (int t = t0; t < t1; ++t) {
     const int i0 = t * tile_width;
-    const Index flag = static_cast<Index>(k) * ctx.tiles + t;
+    const Index flag = static_cast<Index>(k) * ctx.mask_tiles + t;
     const unsigned columns = existing(i0, ctx.n[0]);
     const unsigned cut = ctx.bodies ? ctx.cut[1][flag] : 0u;
     if ((cut & columns) == columns) continue;

@@ -87,6 +87,16 @@ OCU_INLINE void first_order_flux(const PointState& l, const PointState& r, doubl
   }
 }
 
+/// Whether a face of a lane borders a marked node.
+OCU_INLINE bool touches_mark(const Lanes& lanes, int l, int j) {
+  const int n = lanes.n[l];
+  const bool periodic = lanes.low[l] == LaneEnd::periodic;
+  const auto marked = [&](int i) { return lanes.mark[l][i * lanes.ml] != 0; };
+  const bool left = j > 0 ? marked(j - 1) : (periodic && marked(n - 1));
+  const bool right = j < n ? marked(j) : (periodic && marked(0));
+  return left || right;
+}
+
 /// Replaces the total face fluxes of marked nodes in the buffer (diffusive parts set to zero).
 template <int D>
 [[gnu::noinline]] void replace_marked(const Context& ctx, const Lanes& lanes, double* buf) {
@@ -98,12 +108,13 @@ template <int D>
       for (int f = 0; f < 5; ++f) q[f] = lanes.q[l][f * lanes.qf + i * lanes.ql];
       return point_from_conserved(ctx, q);
     };
+    const bool periodic = lanes.low[l] == LaneEnd::periodic;
     for (int j = 0; j <= n; ++j) {
-      const bool left_marked = j > 0 && lanes.mark[l][(j - 1) * lanes.ml] != 0;
-      const bool right_marked = j < n && lanes.mark[l][j * lanes.ml] != 0;
-      if (!left_marked && !right_marked) continue;
+      if (!touches_mark(lanes, l, j)) continue;
       double f[5];
-      if (j == 0) {
+      if (periodic && (j == 0 || j == n)) {
+        first_order_flux<D>(state(n - 1), state(0), f);
+      } else if (j == 0) {
         const PointState own = state(0);
         first_order_flux<D>(
             state_across<D>(ctx, lanes.low[l], own, lanes.low_state[l], lanes.low_stride[l]), own, f);

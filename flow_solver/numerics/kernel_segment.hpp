@@ -230,7 +230,7 @@ OCU_INLINE Lanes segment_lanes(const Context& ctx, const SegmentBatch& s, const 
   Lanes lanes;
   lanes.qf = ctx.Q.sf;
   lanes.ql = stride_along(ctx.Q, D);
-  lanes.ml = D == 0 ? 1 : (D == 1 ? mark_row(ctx) : mark_row(ctx) * ctx.n[1]);
+  lanes.ml = D == 0 ? 1 : (D == 1 ? mark_row(ctx) : mark_row(ctx) * ctx.mask_rows);
   lanes.active = 0;
   const Index wl = stride_along(ctx.W, D);
   for (int l = 0; l < tile_width; ++l) {

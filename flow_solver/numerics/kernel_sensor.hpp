@@ -78,7 +78,8 @@ OCU_INLINE Vec strain_rate(const Context& ctx, const Metrics& m, const double* w
   return vsqrt(sum);
 }
 
-inline void bulk_plane(const Context& ctx, int k) {
+inline void bulk_plane(const Context& shared, int k) {
+  const Context ctx = shared;
   const Metrics m(ctx);
   const Block& b = ctx.W;
   double* plane = b.data + k * b.sk + field_bulk * b.sf;
@@ -112,7 +113,8 @@ inline void bulk_plane(const Context& ctx, int k) {
 }
 
 /// Fourth-order central velocity gradients, also at the first ghosts.
-inline void gradient_plane(const Context& ctx, int k) {
+inline void gradient_plane(const Context& shared, int k) {
+  const Context ctx = shared;
   const Metrics m(ctx);
   const Block& b = ctx.W;
   const int edge = ctx.present[1] ? 1 : 0;
@@ -137,7 +139,8 @@ inline void gradient_plane(const Context& ctx, int k) {
   }
 }
 
-inline void theta_plane(const Context& ctx, int k, PlaneMaxima& out) {
+inline void theta_plane(const Context& shared, int k, PlaneMaxima& out) {
+  const Context ctx = shared;
   const Metrics m(ctx);
   const Block& b = ctx.W;
   Vec convection = splat(0.0), p_max = splat(0.0), p_min = splat(1e300);
@@ -200,7 +203,8 @@ inline long premark_plane(const Context& ctx, int k, double ratio) {
   return count;
 }
 
-inline void sensor_plane(const Context& ctx, int k) {
+inline void sensor_plane(const Context& shared, int k) {
+  const Context ctx = shared;
   const Metrics m(ctx);
   const Block& r = ctx.R;
   const Vec cv = splat(ctx.gas_constant / (ctx.gamma - 1.0)), zero = splat(0.0);
@@ -288,12 +292,14 @@ OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Di
   return rate * inverse_h2;
 }
 
-inline void diffusivity_plane(const Context& ctx, double* scratch, int k, PlaneMaxima& out) {
+inline void diffusivity_plane(const Context& shared, double* scratch, int k, PlaneMaxima& out) {
+  const Context ctx = shared;
   const Metrics m(ctx);
   const Block& r = ctx.R;
   const int fields = ctx.need_strain ? 3 : 2;
   const int field[3] = {sensor_bulk, sensor_heat, sensor_shear};
-  const Index width = r.sf;  // a row with its margins; node 0 at 8
+  // A row with its margins; node 0 at 8.
+  const Index width = tile_width + (ctx.n[0] + 4 + tile_width - 1) / tile_width * tile_width;
   const int low = ctx.present[1] ? -4 : 0, rows = ctx.n[1] + (ctx.present[1] ? 8 : 0);
   double* averaged_z = scratch;
   double* averaged_y = scratch + static_cast<Index>(rows) * 3 * width;

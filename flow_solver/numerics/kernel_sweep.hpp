@@ -20,12 +20,12 @@ OCU_INLINE Index face_doubles(const Context& ctx) {
 /// Face 0 of the buffer at the head of the scratch.
 OCU_INLINE double* face_zero(double* scratch) { return scratch + face_margin * face_record * tile_width; }
 
-OCU_INLINE Index mark_row(const Context& ctx) { return static_cast<Index>(ctx.tiles) * tile_width; }
+OCU_INLINE Index mark_row(const Context& ctx) { return static_cast<Index>(ctx.mask_tiles) * tile_width; }
 OCU_INLINE Index mark_at(const Context& ctx, int i, int j, int k) {
-  return (static_cast<Index>(k) * ctx.n[1] + j) * mark_row(ctx) + i;
+  return (static_cast<Index>(k) * ctx.mask_rows + j) * mark_row(ctx) + i;
 }
 OCU_INLINE Index tile_at(const Context& ctx, int tile, int j, int k) {
-  return (static_cast<Index>(k) * ctx.n[1] + j) * ctx.tiles + tile;
+  return (static_cast<Index>(k) * ctx.mask_rows + j) * ctx.mask_tiles + tile;
 }
 
 OCU_INLINE UniformCoef uniform_coef(const LineView& line) {
@@ -41,7 +41,7 @@ OCU_INLINE Lanes whole_lanes(const Context& ctx, int i, int j, int k, unsigned a
   const Block& w = ctx.W;
   s.qf = q.sf;
   s.ql = D == 0 ? 1 : (D == 1 ? q.sj : q.sk);
-  s.ml = D == 0 ? 1 : (D == 1 ? mark_row(ctx) : mark_row(ctx) * ctx.n[1]);
+  s.ml = D == 0 ? 1 : (D == 1 ? mark_row(ctx) : mark_row(ctx) * ctx.mask_rows);
   const Index wl = D == 0 ? 1 : (D == 1 ? w.sj : w.sk);
   s.active = active;
   for (int l = 0; l < tile_width; ++l) {
@@ -51,8 +51,8 @@ OCU_INLINE Lanes whole_lanes(const Context& ctx, int i, int j, int k, unsigned a
     s.q[l] = q.data + ii + jj * q.sj + k * q.sk;
     s.mark[l] = ctx.mark + mark_at(ctx, ii, jj, k);
     s.n[l] = ctx.n[D];
-    s.low[l] = ctx.line[D].low;
-    s.high[l] = ctx.line[D].high;
+    s.low[l] = ctx.line[D].periodic ? LaneEnd::periodic : ctx.line[D].low;
+    s.high[l] = ctx.line[D].periodic ? LaneEnd::periodic : ctx.line[D].high;
     const double* node = w.data + ii + jj * w.sj + k * w.sk;
     s.low_state[l] = node - wl;
     s.high_state[l] = node + ctx.n[D] * wl;
@@ -90,11 +90,12 @@ OCU_INLINE void load_x_block(const Context& ctx, const double* const row[8], con
 }
 
 template <bool Visc, bool Eight>
-void sweep_x_group(const Context& ctx, double* scratch, int k, int group) {
+void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
+  const Context ctx = shared;  // a copy: vector stores could alias the shared one
   const LineView& line = ctx.line[0];
   const int n = ctx.n[0], j0 = group * tile_width;
   const unsigned rows = existing(j0, ctx.n[1]);
-  const Index flag = static_cast<Index>(k) * ctx.row_groups + group;
+  const Index flag = static_cast<Index>(k) * ctx.mask_groups + group;
   const unsigned cut = ctx.bodies ? ctx.cut[0][flag] : 0u;
   double* r_row[8];
   const double* w_row[8];
@@ -123,6 +124,9 @@ void sweep_x_group(const Context& ctx, double* scratch, int k, int group) {
   bool started = false;
   for (int i0 = -tile_width; i0 <= walk.last; i0 += tile_width) {
     load_x_block<Visc>(ctx, w_row, g_row, i0, block);
+    for (int l = 0; l < tile_width; ++l) {
+      prefetch_next(w_row[l] + tile_width * ctx.W.sj + i0, ctx.W.sf, field_kappa + 1);
+    }
     const double* base = block - i0 * step;
     Source src{base, tile_width, step, base + node_mu * tile_width, {}, step};
     for (int q = 0; q < 4; ++q) src.g[q] = base + (node_gradient + q) * tile_width;
@@ -135,7 +139,7 @@ void sweep_x_group(const Context& ctx, double* scratch, int k, int group) {
   end_forward<0>(forward, walk.last, walk.missing_high, coef, buf);
 
   double* out = block;
-  const auto sink = [&](int i, const Vec div[5]) {
+  const auto sink = [&](int i, const Vec div[5]) OCU_FORCE {
     double* at = out + static_cast<Index>(i % tile_width) * 5 * tile_width;
     for (int f = 0; f < 5; ++f) store(at + f * tile_width, div[f]);
     if (i % tile_width != 0) return;
@@ -156,7 +160,7 @@ void sweep_x_group(const Context& ctx, double* scratch, int k, int group) {
     backward<0, Visc>(n, line.face_end, coef, buf, sink);
   } else {
     const Lanes lanes = whole_lanes<0>(ctx, 0, j0, k, marked);
-    backward_slow<0, Visc>(ctx, line, n, line.face_end, coef, buf, marked != 0 ? &lanes : nullptr, sink);
+    backward_slow<0, Visc>(shared, line, n, line.face_end, coef, buf, marked != 0 ? &lanes : nullptr, sink);
   }
 }
 
@@ -177,6 +181,7 @@ OCU_INLINE void forward_whole(const Context& ctx, int i0, int j, int k, double* 
                               transverse_2[D]};
     for (int q = 0; q < 4; ++q) src.g[q] = at + component[q] * g.sf;
   }
+  if (D == 2) src.next = i0 + tile_width < ctx.n[0] ? tile_width : w.sj - i0;
   const GasVec gas(ctx);
   const UniformCoef coef = uniform_coef(line);
   const Walk walk = walk_of<Eight>(ctx.n[D], line.face_begin, line.face_end);
@@ -187,17 +192,18 @@ OCU_INLINE void forward_whole(const Context& ctx, int i0, int j, int k, double* 
 }
 
 template <bool Visc, bool Eight>
-void sweep_y_tile(const Context& ctx, double* scratch, int k, int tile) {
+void sweep_y_tile(const Context& shared, double* scratch, int k, int tile) {
+  const Context ctx = shared;  // a copy: vector stores could alias the shared one
   const LineView& line = ctx.line[1];
   const int i0 = tile * tile_width;
-  const Index flag = static_cast<Index>(k) * ctx.tiles + tile;
+  const Index flag = static_cast<Index>(k) * ctx.mask_tiles + tile;
   const unsigned columns = existing(i0, ctx.n[0]);
   const unsigned cut = ctx.bodies ? ctx.cut[1][flag] : 0u;
   if ((cut & columns) == columns) return;
   double* buf = face_zero(scratch);
   forward_whole<1, Visc, Eight>(ctx, i0, 0, k, buf);
   double* r = ctx.R.data + i0 + k * ctx.R.sk;
-  const auto sink = [&](int j, const Vec div[5]) {
+  const auto sink = [&](int j, const Vec div[5]) OCU_FORCE {
     double* at = r + j * ctx.R.sj;
     for (int f = 0; f < 5; ++f) {
       const Vec d = cut != 0 ? select(cut, splat(0.0), div[f]) : div[f];
@@ -210,7 +216,7 @@ void sweep_y_tile(const Context& ctx, double* scratch, int k, int tile) {
     backward<1, Visc>(ctx.n[1], line.face_end, coef, buf, sink);
   } else {
     const Lanes lanes = whole_lanes<1>(ctx, i0, 0, k, marked);
-    backward_slow<1, Visc>(ctx, line, ctx.n[1], line.face_end, coef, buf,
+    backward_slow<1, Visc>(shared, line, ctx.n[1], line.face_end, coef, buf,
                            marked != 0 ? &lanes : nullptr, sink);
   }
 }

@@ -97,7 +97,8 @@ OCU_INLINE void fill_bulk_ghosts_z(const Context& ctx, int i0, int j) {
 }
 
 template <bool Visc, bool Eight>
-void update_column(const Context& ctx, double* scratch, int j, int tile, long& failures) {
+void update_column(const Context& shared, double* scratch, int j, int tile, long& failures) {
+  const Context ctx = shared;  // a copy: vector stores could alias the shared one
   const int i0 = tile * tile_width;
   const int n = ctx.n[2];
   const bool last = ctx.stage == 3;
@@ -106,27 +107,35 @@ void update_column(const Context& ctx, double* scratch, int j, int tile, long& f
     const double* r = ctx.R.data + i0 + j * ctx.R.sj;
     for (int f = 0; f < 5; ++f) R[f] = load(r + f * ctx.R.sf);
     const unsigned bad = update_node(ctx, i0, tile, j, 0, R, nullptr);
-    if (bad != 0) failures += note_failures(ctx, bad, i0, j, 0);
+    if (bad != 0) failures += note_failures(shared, bad, i0, j, 0);
     return;
   }
   const LineView& line = ctx.line[2];
-  const Index flag = static_cast<Index>(j) * ctx.tiles + tile;
+  const Index flag = static_cast<Index>(j) * ctx.mask_tiles + tile;
   const unsigned columns = existing(i0, ctx.n[0]);
   const unsigned cut = ctx.bodies ? ctx.cut[2][flag] : 0u;
   double* buf = face_zero(scratch);
   double* pencil = scratch + face_doubles(ctx) + 4 * 5 * tile_width;  // node 0 of the filter's line
   const bool to_pencil = last && ctx.filter;
   const double* r = ctx.R.data + i0 + j * ctx.R.sj;
-  const auto sink = [&](int k, const Vec div[5]) {
+  // The next column: its lines lie a plane apart, out of reach of the hardware's prefetcher.
+  const bool last_tile = tile + 1 == ctx.tiles;
+  const Index next_r = last_tile ? ctx.R.sj - i0 : tile_width;
+  const Index next_q = last_tile ? ctx.Q.sj - i0 : tile_width;
+  const Index next_a = last_tile ? ctx.A.sj - i0 : tile_width;
+  const auto sink = [&](int k, const Vec div[5]) OCU_FORCE {
     Vec R[5];
     const double* at = r + k * ctx.R.sk;
+    prefetch_next(at + next_r, ctx.R.sf, 5);
+    prefetch_next(ctx.Q.data + i0 + next_q + j * ctx.Q.sj + k * ctx.Q.sk, ctx.Q.sf, 5);
+    prefetch_next(ctx.A.data + i0 + next_a + j * ctx.A.sj + k * ctx.A.sk, ctx.A.sf, 5);
     for (int f = 0; f < 5; ++f) {
       const Vec d = cut != 0 ? select(cut, splat(0.0), div[f]) : div[f];
       R[f] = load(at + f * ctx.R.sf) + d;
     }
     const unsigned bad =
         update_node(ctx, i0, tile, j, k, R, to_pencil ? pencil + static_cast<Index>(k) * 5 * tile_width : nullptr);
-    if (bad != 0) failures += note_failures(ctx, bad, i0, j, k);
+    if (bad != 0) failures += note_failures(shared, bad, i0, j, k);
   };
   const unsigned marked = ctx.any_mark ? ctx.line_marked[2][flag] & columns & ~cut : 0u;
   if ((cut & columns) == columns) {
@@ -140,7 +149,7 @@ void update_column(const Context& ctx, double* scratch, int j, int tile, long& f
       backward<2, Visc>(n, line.face_end, coef, buf, sink);
     } else {
       const Lanes lanes = whole_lanes<2>(ctx, i0, j, 0, marked);
-      backward_slow<2, Visc>(ctx, line, n, line.face_end, coef, buf, marked != 0 ? &lanes : nullptr, sink);
+      backward_slow<2, Visc>(shared, line, n, line.face_end, coef, buf, marked != 0 ? &lanes : nullptr, sink);
     }
   }
   if (!to_pencil) return;
@@ -165,7 +174,8 @@ inline long update_row(const Context& ctx, double* scratch, int j) {
   return failures;
 }
 
-inline long finish_plane(const Context& ctx, int k) {
+inline long finish_plane(const Context& shared, int k) {
+  const Context ctx = shared;
   long failures = 0;
   for (int j = 0; j < ctx.n[1]; ++j) {
     for (int t = 0; t < ctx.tiles; ++t) {
@@ -176,7 +186,7 @@ inline long finish_plane(const Context& ctx, int k) {
       const unsigned fluid = ctx.fluid[tile_at(ctx, t, j, k)];
       const unsigned bad =
           store_primitives(ctx, q, ctx.W.data + i0 + j * ctx.W.sj + k * ctx.W.sk, fluid, true);
-      if (bad != 0) failures += note_failures(ctx, bad, i0, j, k);
+      if (bad != 0) failures += note_failures(shared, bad, i0, j, k);
     }
   }
   return failures;

@@ -10,6 +10,7 @@
 #error "simd.hpp belongs to kernel files that define OCU_ISA"
 #endif
 #define OCU_INLINE [[gnu::always_inline]] inline
+#define OCU_FORCE __attribute__((always_inline))  // for lambdas
 
 namespace ocublast::flow::OCU_ISA {
 
