@@ -12,6 +12,7 @@ from reporting.xdmf import Grid, pick, read_series
 
 MM, US = 1e3, 1e6
 AXES = "xyz"
+CUT_OFFSET = 1e-7  # m
 # A hex cut into six tets round its diagonal 0-6.
 HEX_TETS = np.array([(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6),
                      (0, 5, 1, 6)])
@@ -76,7 +77,9 @@ def _cut_series(frames, name: str, unit: str, factor: float, normal: int, positi
             cells = _cells(grid)
             if cells is None or name not in grid.attributes or grid.centre(name) != "Cell":
                 continue
-            polygons, owners = cut_polygons(grid.geometry[0].read(), cells, normal, position)
+            # A plane of mesh nodes lies between cells: cut a hair beside it.
+            polygons, owners = cut_polygons(grid.geometry[0].read(), cells, normal,
+                                            position + CUT_OFFSET)
             if not polygons:
                 continue
             values = grid.attribute(name).ravel()[owners] * factor
