@@ -46,8 +46,9 @@ end = solve_ivp(motion, [arrival, END], [0.0, 0.0], rtol=1e-10, atol=1e-14).y[:,
 if __name__ == "__main__":
     source = "simple waves at a moving piston; shock reflection by Rankine-Hugoniot"
     print("name,value,unit,tolerance,source")
-    # A captured shock overshoots by 1 to 3 %; the reflected pressure holds for an instant only.
-    print(f'piston_peak_wall_overpressure,{p_5 - P_1:.4f},Pa,0.05,"{source}"')
+    # A captured shock overshoots by 1 to 3 %. The full reflected pressure holds for an instant only,
+    # shorter than the captured front takes to arrive: the peak on the face falls short of it.
+    print(f'piston_peak_wall_overpressure,{p_5 - P_1:.4f},Pa,0.06,"{source}"')
     print(f'incident_peak_overpressure,{p_2 - P_1:.4f},Pa,0.04,"{source}"')
     print(f'piston_displacement_x_extreme,{end[0]:.9e},m,0.02,"{source}"')
     # The sound in the piston adds p / (rho c) = 0.7 m/s to its nodes.
