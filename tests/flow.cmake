@@ -15,3 +15,6 @@ endif()
 
 add_executable(flow_speed bench/flow_speed.cpp)
 target_link_libraries(flow_speed PRIVATE ocublast_flow_core ocublast_warnings)
+ocublast_test(NAME test_flow_case LABEL unit SOURCES unit/flow_case.cpp LIBRARIES ocublast_flow)
+ocublast_test(NAME test_flow_probes LABEL unit SOURCES unit/flow_probes.cpp LIBRARIES ocublast_flow)
+ocublast_test(NAME test_flow_burst LABEL unit SOURCES unit/flow_burst.cpp LIBRARIES ocublast_flow_sources)

@@ -1,0 +1,160 @@
+#include "flow_solver/io/field_output.hpp"
+
+#include <array>
+
+#include <fmt/format.h>
+
+#include "coupler/base/hdf5_file.hpp"
+
+namespace ocublast::flow {
+namespace {
+
+/// Domain faces of an axis, m: sums of the node spacings, ends exact.
+std::vector<double> faces(const Axis& axis) {
+  std::vector<double> x{axis.min};
+  for (int i = 0; i < axis.n; ++i)
+    x.push_back(i + 1 == axis.n ? axis.max : x.back() + (axis.present ? axis.h(i) : axis.max - axis.min));
+  return x;
+}
+
+/// One cell value per node, [n_k, n_j, n_i].
+template <class Value>
+std::vector<float> gather(const Grid& grid, Value&& value) {
+  std::vector<float> out;
+  out.reserve(grid.n_cells());
+  for (int k = 0; k < grid.axis[2].n; ++k)
+    for (int j = 0; j < grid.axis[1].n; ++j)
+      for (int i = 0; i < grid.axis[0].n; ++i) out.push_back(static_cast<float>(value(i, j, k)));
+  return out;
+}
+
+std::string data_item(std::string_view shape, std::string_view file, std::string_view dataset,
+                      std::string_view type = "Float\" Precision=\"4") {
+  return fmt::format("<DataItem Format=\"HDF\" NumberType=\"{}\" Dimensions=\"{}\">{}:/{}</DataItem>",
+                     type, shape, file, dataset);
+}
+
+std::string attribute(std::string_view name, std::string_view kind, std::string_view center,
+                      const std::string& item) {
+  return fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">{}</Attribute>\n", name,
+                     kind, center, item);
+}
+
+const char* const xdmf_head =
+    "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\"><Domain>\n"
+    "<Grid Name=\"series\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+const char* const xdmf_tail = "</Grid></Domain></Xdmf>\n";
+
+}  // namespace
+
+FieldOutput::FieldOutput(const Grid& grid, const Gas& gas, Options options)
+    : grid_(&grid), gas_(gas), options_(std::move(options)) {}
+
+void FieldOutput::write(FieldsView<const double> W, std::span<const std::uint8_t> tags, double t) {
+  const Grid& grid = *grid_;
+  const std::vector<std::size_t> shape{static_cast<std::size_t>(grid.axis[2].n),
+                                       static_cast<std::size_t>(grid.axis[1].n),
+                                       static_cast<std::size_t>(grid.axis[0].n)};
+  auto file = Hdf5File::create(options_.directory / "flow" / fmt::format("{:04}.h5", times_.size()));
+  const std::array<const char*, 3> names{"x", "y", "z"};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto x = faces(grid.axis[a]);
+    file.write(fmt::format("faces_{}", names[a]), x, {x.size()}, "m");
+  }
+  file.write("overpressure", gather(grid, [&](int i, int j, int k) {
+               return pressure(gas_, W(prim_rho, i, j, k), W(prim_T, i, j, k)) -
+                      options_.ambient_pressure;
+             }), shape, "Pa");
+  file.write("density", gather(grid, [&](int i, int j, int k) { return W(prim_rho, i, j, k); }), shape,
+             "kg/m^3");
+  file.write("temperature", gather(grid, [&](int i, int j, int k) { return W(prim_T, i, j, k); }),
+             shape, "K");
+  for (int a = 0; a < 3; ++a)
+    file.write(fmt::format("velocity_{}", names[static_cast<std::size_t>(a)]),
+               gather(grid, [&](int i, int j, int k) { return W(prim_u + a, i, j, k); }), shape, "m/s");
+  if (!tags.empty()) file.write("tag", tags, shape, "1");
+  file.write("time", std::vector<double>{t}, {1}, "s");
+  file.close();
+  times_.push_back(t);
+  write_index();
+}
+
+void FieldOutput::write_index() const {
+  const Grid& grid = *grid_;
+  const std::string cells =
+      fmt::format("{} {} {}", grid.axis[2].n, grid.axis[1].n, grid.axis[0].n);
+  std::string text = xdmf_head;
+  for (std::size_t f = 0; f < times_.size(); ++f) {
+    const std::string file = fmt::format("flow/{:04}.h5", f);
+    text += fmt::format("<Grid Name=\"flow\" GridType=\"Uniform\"><Time Value=\"{:.12g}\"/>\n"
+                        "<Topology TopologyType=\"3DRectMesh\" Dimensions=\"{} {} {}\"/>\n"
+                        "<Geometry GeometryType=\"VXVYVZ\">", times_[f], grid.axis[2].n + 1,
+                        grid.axis[1].n + 1, grid.axis[0].n + 1);
+    for (std::size_t a = 0; a < 3; ++a)
+      text += data_item(std::to_string(grid.axis[a].n + 1), file,
+                        fmt::format("faces_{}", "xyz"[a]), "Float\" Precision=\"8");
+    text += "</Geometry>\n";
+    for (const char* name : {"overpressure", "density", "temperature"})
+      text += attribute(name, "Scalar", "Cell", data_item(cells, file, name));
+    std::string parts;
+    for (const char* name : {"velocity_x", "velocity_y", "velocity_z"})
+      parts += data_item(cells, file, name);
+    text += attribute("velocity", "Vector", "Cell",
+                      fmt::format("<DataItem ItemType=\"Function\" Function=\"JOIN($0,$1,$2)\" "
+                                  "Dimensions=\"{} 3\">{}</DataItem>", cells, parts));
+    text += "</Grid>\n";
+  }
+  replace_file(options_.directory / "flow.xmf", text + xdmf_tail);
+}
+
+void InterfaceOutput::write(const ImmersedBoundary& bodies, FieldsView<const double> W,
+                            double ambient_pressure, double t) {
+  auto file = Hdf5File::create(directory_ / "interface" / fmt::format("{:04}.h5", times_.size()));
+  for (std::size_t b = 0; b < bodies.n_bodies(); ++b) {
+    const std::string group = bodies.body(b).name + "/";
+    const auto& triangles = bodies.body(b).surface.triangles;
+    const auto x = bodies.position(b);
+    const auto v = bodies.velocity(b);
+    std::vector<double> p(x.size() / 3);
+    bodies.read_overpressure(W, b, ambient_pressure, p);
+    file.write(group + "position", x, {p.size(), 3}, "m");
+    file.write(group + "velocity", v, {p.size(), 3}, "m/s");
+    file.write(group + "overpressure", p, {p.size()}, "Pa");
+    file.write(group + "triangles", triangles, {triangles.size() / 3, 3}, "1");
+  }
+  file.write("time", std::vector<double>{t}, {1}, "s");
+  file.close();
+  times_.push_back(t);
+  write_index(bodies);
+}
+
+void InterfaceOutput::write_index(const ImmersedBoundary& bodies) const {
+  std::string text = xdmf_head;
+  for (std::size_t f = 0; f < times_.size(); ++f) {
+    const std::string file = fmt::format("interface/{:04}.h5", f);
+    text += fmt::format("<Grid Name=\"bodies\" GridType=\"Collection\" CollectionType=\"Spatial\">"
+                        "<Time Value=\"{:.12g}\"/>\n", times_[f]);
+    for (std::size_t b = 0; b < bodies.n_bodies(); ++b) {
+      const auto& body = bodies.body(b);
+      const std::size_t n_v = body.surface.vertices.size() / 3;
+      const std::size_t n_t = body.surface.triangles.size() / 3;
+      const std::string vectors = fmt::format("{} 3", n_v);
+      text += fmt::format("<Grid Name=\"{}\" GridType=\"Uniform\">\n"
+                          "<Topology TopologyType=\"Triangle\" NumberOfElements=\"{}\">{}</Topology>\n"
+                          "<Geometry GeometryType=\"XYZ\">{}</Geometry>\n", body.name, n_t,
+                          data_item(fmt::format("{} 3", n_t), file, body.name + "/triangles",
+                                    "Int\" Precision=\"4"),
+                          data_item(vectors, file, body.name + "/position", "Float\" Precision=\"8"));
+      text += attribute("overpressure", "Scalar", "Node",
+                        data_item(std::to_string(n_v), file, body.name + "/overpressure",
+                                  "Float\" Precision=\"8"));
+      text += attribute("velocity", "Vector", "Node",
+                        data_item(vectors, file, body.name + "/velocity", "Float\" Precision=\"8"));
+      text += "</Grid>\n";
+    }
+    text += "</Grid>\n";
+  }
+  replace_file(directory_ / "interface.xmf", text + xdmf_tail);
+}
+
+}  // namespace ocublast::flow

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "flow_solver/gas/gas.hpp"
+#include "flow_solver/grid/fields.hpp"
+#include "flow_solver/grid/grid.hpp"
+#include "flow_solver/immersed/immersed_boundary.hpp"
+
+namespace ocublast::flow {
+
+/// Writes the flow field as a series that ParaView opens: flow.xmf beside one flow/NNNN.h5 per time,
+/// each closed before the index names it. Cell data on the non-uniform grid, single precision.
+class FieldOutput {
+ public:
+  struct Options {
+    std::filesystem::path directory;     ///< run directory
+    double ambient_pressure = 0.0;       ///< Pa
+  };
+  FieldOutput(const Grid& grid, const Gas& gas, Options options);
+  /// Writes frame number n_frames(): overpressure, density, temperature, velocity, tags.
+  void write(FieldsView<const double> W, std::span<const std::uint8_t> tags, double t);
+  [[nodiscard]] std::size_t n_frames() const { return times_.size(); }
+  /// Continues a series after a resume: the first n frames of times are kept.
+  void restore(std::vector<double> times) { times_ = std::move(times); }
+  [[nodiscard]] const std::vector<double>& times() const { return times_; }
+
+ private:
+  void write_index() const;
+  const Grid* grid_;
+  Gas gas_;
+  Options options_;
+  std::vector<double> times_;
+};
+
+/// Writes the bodies' surfaces with pressure and velocity: interface.xmf, interface/NNNN.h5.
+class InterfaceOutput {
+ public:
+  explicit InterfaceOutput(std::filesystem::path directory) : directory_(std::move(directory)) {}
+  void write(const ImmersedBoundary& bodies, FieldsView<const double> W, double ambient_pressure,
+             double t);
+  void restore(std::vector<double> times) { times_ = std::move(times); }
+  [[nodiscard]] const std::vector<double>& times() const { return times_; }
+
+ private:
+  void write_index(const ImmersedBoundary& bodies) const;
+  std::filesystem::path directory_;
+  std::vector<double> times_;
+};
+
+}  // namespace ocublast::flow

@@ -1,0 +1,298 @@
+#include "flow_solver/io/flow_case.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace ocublast::flow {
+namespace {
+
+constexpr RealKey positive(std::string_view unit, std::string_view help, bool required = false) {
+  return {.unit = unit, .min = 0.0, .above_min = true, .required = required, .help = help};
+}
+
+void read_gas(Section& flow, FlowOptions& options) {
+  auto gas = flow.table("gas", "equation of state and transport");
+  gas.real("heat_capacity_ratio", options.gas.heat_capacity_ratio,
+           {.unit = "1", .min = 1.0, .max = 3.0, .above_min = true, .required = true,
+            .help = "cp/cv; air 1.4"});
+  gas.real("gas_constant_J_per_kgK", options.gas.gas_constant,
+           positive("J/(kg K)", "specific gas constant; air 287.05", true));
+  static constexpr std::pair<std::string_view, Viscosity> words[] = {
+      {"none", Viscosity::none},
+      {"constant", Viscosity::constant},
+      {"sutherland", Viscosity::sutherland}};
+  gas.choice("viscosity", options.viscosity, words,
+             {.required = true, .help = "none: inviscid, costs nothing"});
+  gas.real("dynamic_viscosity_Pa_s", options.dynamic_viscosity,
+           positive("Pa s", "constant, or Sutherland's at its reference temperature"));
+  gas.real("sutherland_reference_K", options.sutherland_reference,
+           positive("K", "reference temperature of Sutherland's law"));
+  gas.real("sutherland_temperature_K", options.sutherland_temperature,
+           positive("K", "Sutherland's temperature"));
+  gas.real("prandtl", options.prandtl, positive("1", "Prandtl number"));
+}
+
+void read_stretch(Section& axis, std::string_view name, StretchLayer& layer) {
+  auto table = axis.table(name, "growing cells outside this end, so that no echo returns in time");
+  table.integer("cells", layer.cells, {.min = 0, .max = 200, .help = "cells of the layer"});
+  table.real("ratio", layer.ratio, {.unit = "1", .min = 1.0, .max = 1.3, .help = "growth per cell"});
+}
+
+void read_axis(Section& grid, std::string_view name, AxisSpec& spec) {
+  auto axis = grid.table(name, "one direction; leave it out for an absent direction");
+  spec.present = axis.present();
+  if (!spec.present) return;
+  axis.real("min_m", spec.min, {.unit = "m", .required = true, .help = "first face"});
+  axis.real("max_m", spec.max, {.unit = "m", .required = true, .help = "last face"});
+  axis.real("spacing_m", spec.spacing, positive("m", "largest cell inside [min_m, max_m]", true));
+  spec.refined = axis.has("zone_spacing_m");
+  axis.real("zone_min_m", spec.zone_min, {.unit = "m", .help = "start of the fine zone"});
+  axis.real("zone_max_m", spec.zone_max, {.unit = "m", .help = "end of the fine zone"});
+  axis.real("zone_spacing_m", spec.zone_spacing,
+            {.unit = "m", .min = 0.0, .help = "cell inside the fine zone"});
+  axis.real("growth", spec.growth,
+            {.unit = "1", .min = 1.0, .max = 1.2, .above_min = true,
+             .help = "ratio of neighbouring cells beside the fine zone"});
+  read_stretch(axis, "stretch_low", spec.low);
+  read_stretch(axis, "stretch_high", spec.high);
+  if (axis.listing()) return;
+  if (spec.max <= spec.min)
+    axis.fault("max_m", fmt::format("is {} m, accepted > min_m = {} m", spec.max, spec.min));
+  else if ((spec.max - spec.min) / spec.spacing < 8.0)
+    axis.fault("spacing_m", fmt::format("is {} m: fewer than 8 cells in {} m; take a smaller one, or "
+                                        "leave the direction out", spec.spacing, spec.max - spec.min));
+  if (spec.refined && (spec.zone_max <= spec.zone_min || spec.zone_spacing > spec.spacing ||
+                       spec.zone_min < spec.min || spec.zone_max > spec.max))
+    axis.fault("zone_spacing_m", "the fine zone must lie inside [min_m, max_m] with a smaller cell");
+}
+
+GasState read_state(Section state, const CaseCommon& common) {
+  GasState gas{.pressure = common.ambient_pressure, .temperature = common.ambient_temperature,
+               .velocity = {}};
+  state.real("pressure_Pa", gas.pressure, positive("Pa", "absolute pressure"));
+  state.real("temperature_K", gas.temperature, positive("K", "temperature"));
+  state.real3("velocity_m_s", gas.velocity, {.unit = "m/s", .help = "velocity"});
+  return gas;
+}
+
+State to_state(const GasState& gas, const Gas& law) {
+  return {.rho = density(law, gas.pressure, gas.temperature), .u = gas.velocity[0],
+          .v = gas.velocity[1], .w = gas.velocity[2], .p = gas.pressure};
+}
+
+void read_boundaries(Section& flow, FlowCase& result) {
+  static constexpr std::pair<std::string_view, BoundaryKind> words[] = {
+      {"symmetry", BoundaryKind::symmetry}, {"slip_wall", BoundaryKind::symmetry},
+      {"no_slip_wall", BoundaryKind::no_slip_wall}, {"outflow", BoundaryKind::outflow},
+      {"fixed_state", BoundaryKind::fixed_state}, {"periodic", BoundaryKind::periodic}};
+  static constexpr std::array<std::string_view, 6> faces = {"x_min", "x_max", "y_min",
+                                                            "y_max", "z_min", "z_max"};
+  auto table = flow.table("boundary", "the six faces of the domain");
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    auto& boundary = result.boundaries[f];
+    const bool present = table.listing() || result.axes[f / 2].present;
+    if (!present) {
+      if (table.has(faces[f])) table.fault(faces[f], "this direction is absent from flow.grid");
+      continue;
+    }
+    table.choice(faces[f], boundary.kind, words,
+                 {.required = true, .help = "what lies beyond this face"});
+    boundary.state = to_state(read_state(table.table(fmt::format("{}_state", faces[f]),
+                                                     "gas beyond the face; ambient at rest if left out"),
+                                         result.common),
+                              result.options.gas);
+    if (boundary.kind == BoundaryKind::no_slip_wall && result.options.viscosity == Viscosity::none &&
+        !table.listing())
+      table.fault(faces[f], "a no_slip_wall needs flow.gas.viscosity; take slip_wall for an inviscid gas");
+  }
+  if (table.listing()) return;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const bool low = result.boundaries[2 * a].kind == BoundaryKind::periodic;
+    const bool high = result.boundaries[2 * a + 1].kind == BoundaryKind::periodic;
+    if (result.axes[a].present && low != high)
+      table.fault(faces[2 * a], "periodic needs the opposite face to be periodic as well");
+    result.axes[a].periodic = low && high;
+  }
+}
+
+void read_initial(Section& flow, FlowCase& result) {
+  auto table = flow.table("initial", "gas at the start; bursts are added to it");
+  static constexpr std::pair<std::string_view, InitialKind> words[] = {
+      {"uniform", InitialKind::uniform}, {"riemann", InitialKind::riemann}};
+  table.choice("kind", result.initial.kind, words, {.help = "uniform: ambient unless said"});
+  if (result.initial.kind == InitialKind::uniform || table.listing())
+    result.initial.left = read_state(table.table("state", "uniform: the gas"), result.common);
+  if (result.initial.kind == InitialKind::riemann || table.listing()) {
+    static constexpr std::pair<std::string_view, int> axes[] = {{"x", 0}, {"y", 1}, {"z", 2}};
+    table.choice("axis", result.initial.axis, axes, {.help = "direction of the interface"});
+    table.real("position_m", result.initial.position,
+               {.unit = "m", .required = !table.listing(), .help = "place of the interface"});
+    result.initial.left = read_state(table.table("left", "gas below the interface"), result.common);
+    result.initial.right = read_state(table.table("right", "gas above the interface"), result.common);
+  }
+}
+
+void read_bursts(Section& flow, FlowCase& result) {
+  flow.tables("burst", "ball of hot gas at rest", [&](Section& table, std::size_t index) {
+    BurstCase burst{.name = fmt::format("burst{}", index)};
+    table.text("name", burst.name, {.help = "name in reports"});
+    table.real3("center_m", burst.center, {.unit = "m", .required = true, .help = "centre"});
+    table.real("radius_m", burst.radius, positive("m", "radius", true));
+    table.real("energy_J", burst.energy, {.unit = "J", .min = 0.0, .help = "energy above ambient"});
+    table.real("pressure_Pa", burst.pressure, {.unit = "Pa", .min = 0.0, .help = "pressure, instead of energy"});
+    table.real("temperature_K", burst.temperature,
+               positive("K", "temperature of the ball; with it the mass in it", true));
+    if (table.listing()) return;
+    if ((burst.energy > 0.0) == (burst.pressure > 0.0))
+      table.fault("energy_J", "give either energy_J or pressure_Pa, above zero");
+    for (std::size_t a = 0; a < 3; ++a)
+      if (result.axes[a].present && (burst.center[a] < result.axes[a].min || burst.center[a] > result.axes[a].max))
+        table.fault("center_m", fmt::format("{} = {} m lies outside the grid, accepted [{}, {}]", "xyz"[a],
+                                            burst.center[a], result.axes[a].min, result.axes[a].max));
+    result.bursts.push_back(burst);
+  });
+}
+
+void read_bodies(Section& flow, FlowCase& result) {
+  static constexpr std::pair<std::string_view, BodyMotion> motions[] = {
+      {"fixed", BodyMotion::fixed},
+      {"prescribed", BodyMotion::prescribed},
+      {"coupled", BodyMotion::coupled}};
+  static constexpr std::pair<std::string_view, WallSlip> slips[] = {{"slip", WallSlip::slip},
+                                                                    {"no_slip", WallSlip::no_slip}};
+  std::set<std::string> names;
+  flow.tables("body", "closed surface immersed in the gas", [&](Section& table, std::size_t) {
+    BodyCase body;
+    table.text("name", body.name, {.required = true, .help = "name in outputs"});
+    table.choice("motion", body.motion, motions,
+                 {.required = true, .help = "coupled: the solid sends the surface and moves it"});
+    if (body.motion != BodyMotion::coupled || table.listing())
+      table.file("surface", body.surface, {.required = !table.listing(), .help = "mesh file with the surface"});
+    table.choice("slip", body.slip, slips, {.help = "wall condition of the velocity"});
+    table.real("wall_temperature_K", body.wall_temperature,
+               {.unit = "K", .min = 0.0, .help = "0: adiabatic"});
+    if (body.motion == BodyMotion::prescribed || table.listing()) {
+      auto path = table.table("path", "x(t) = X + velocity t + amplitude (1 - cos(w t))");
+      path.real3("velocity_m_s", body.path.velocity, {.unit = "m/s", .help = "constant velocity"});
+      path.real3("amplitude_m", body.path.amplitude, {.unit = "m", .help = "amplitude"});
+      path.real("angular_frequency_1_s", body.path.angular_frequency, {.unit = "1/s", .min = 0.0, .help = "w"});
+    }
+    if (table.listing()) return;
+    if (!names.insert(body.name).second) table.fault("name", fmt::format("'{}' is used twice", body.name));
+    if (body.slip == WallSlip::no_slip && result.options.viscosity == Viscosity::none)
+      table.fault("slip", "no_slip needs flow.gas.viscosity; take slip for an inviscid gas");
+    if (body.motion == BodyMotion::coupled) {
+      if (result.coupled) table.fault("motion", "one coupled body per case is supported");
+      result.coupled = true;
+    }
+    for (std::size_t a = 0; a < 3; ++a)
+      if (result.axes[a].periodic) table.fault("name", "a body in a domain with a periodic direction");
+    result.bodies.push_back(std::move(body));
+  });
+  auto immersed = flow.table("immersed", "numerics of immersed walls");
+  immersed.real("gap_block_cells", result.immersed.gap_block,
+                {.unit = "1", .min = 0.0, .max = 4.0,
+                 .help = "gaps narrower than this count as closed; 0 for bodies that never touch"});
+  immersed.real("smooth_below_degrees", result.immersed.smooth_below_degrees,
+                {.unit = "degree", .min = 0.0, .max = 90.0, .help = "edges flatter than this are smoothed"});
+}
+
+void read_numerics(Section& flow, FlowCase& result) {
+  auto table = flow.table("numerics", "scheme and its constants");
+  auto& options = result.options;
+  static constexpr std::pair<std::string_view, Sensor> sensors[] = {
+      {"dilatation", Sensor::theta_compression}, {"strain", Sensor::strain}};
+  table.real("cfl", options.cfl,
+             {.unit = "1", .min = 0.0, .max = 1.2, .above_min = true,
+              .help = "Courant number on the sum over directions", .advice = "start from 0.9"});
+  table.flag("filter", options.filter, "8th-order implicit filter after each step");
+  table.real("filter_alpha", options.filter_alpha,
+             {.unit = "1", .min = 0.3, .max = 0.495, .help = "filter parameter"});
+  table.flag("artificial_diffusivity", options.artificial_diffusivity, "localised artificial diffusivity");
+  table.choice("sensor", options.sensor, sensors,
+               {.help = "what switches the bulk term: dilatation in compression, or strain (the paper's)"});
+  table.real("c_beta", options.C_beta, {.unit = "1", .min = 0.0, .max = 5.0, .help = "artificial bulk viscosity"});
+  table.real("c_mu", options.C_mu, {.unit = "1", .min = 0.0, .max = 1.0, .help = "artificial shear viscosity"});
+  table.real("c_kappa", options.C_kappa, {.unit = "1", .min = 0.0, .max = 1.0, .help = "artificial conductivity"});
+  table.real("premark_ratio", options.premark_ratio,
+             {.unit = "1", .min = 1.5, .help = "pressure ratio of neighbours that takes first-order fluxes"});
+  table.real("premark_ratio_fresh", options.premark_ratio_fresh,
+             {.unit = "1", .min = 1.5, .help = "the same while the field's ratio is above 100"});
+  table.real("floor_density_kg_m3", options.floor_density, {.unit = "kg/m^3", .min = 0.0, .help = "0: stop instead"});
+  table.real("floor_pressure_Pa", options.floor_pressure, {.unit = "Pa", .min = 0.0, .help = "0: stop instead"});
+  table.real("quiet_overpressure", result.quiet_overpressure,
+             {.unit = "1", .min = 0.0, .max = 1e-3,
+              .help = "loads below this part of ambient pressure are no load"});
+  table.text("instruction_set", options.instruction_set, {.help = "baseline, avx2, avx512; empty: the best"});
+}
+
+void read_probes_and_output(Section& flow, FlowCase& result) {
+  std::set<std::string> names;
+  flow.tables("probe", "point read-out at every step", [&](Section& table, std::size_t) {
+    Probe probe;
+    table.text("name", probe.name, {.required = true, .help = "column name"});
+    table.real3("position_m", probe.position, {.unit = "m", .required = true, .help = "place"});
+    if (table.listing()) return;
+    if (!names.insert(probe.name).second) table.fault("name", fmt::format("'{}' is used twice", probe.name));
+    for (std::size_t a = 0; a < 3; ++a)
+      if (result.axes[a].present &&
+          (probe.position[a] < result.axes[a].min || probe.position[a] > result.axes[a].max))
+        table.fault("position_m", fmt::format("{} = {} m lies outside the grid, accepted [{}, {}]", "xyz"[a],
+                                              probe.position[a], result.axes[a].min, result.axes[a].max));
+    result.probes.push_back(std::move(probe));
+  });
+  flow.tables("surface_probe", "overpressure on a body, at the vertex nearest to a point",
+              [&](Section& table, std::size_t) {
+                SurfaceProbe probe;
+                table.text("name", probe.name, {.required = true, .help = "name in the summary"});
+                table.text("body", probe.body, {.required = true, .help = "which flow.body"});
+                table.real3("position_m", probe.position,
+                            {.unit = "m", .required = true, .help = "place on the reference shape"});
+                if (table.listing()) return;
+                if (std::none_of(result.bodies.begin(), result.bodies.end(),
+                                 [&](const BodyCase& body) { return body.name == probe.body; }))
+                  table.fault("body", fmt::format("no flow.body is named '{}'", probe.body));
+                result.surface_probes.push_back(std::move(probe));
+              });
+  flow.tables("front_speed", "mean speed of the front between two probes",
+              [&](Section& table, std::size_t) {
+                FrontSpeed speed;
+                table.text("name", speed.name, {.required = true, .help = "name in the summary"});
+                table.text("from", speed.from, {.required = true, .help = "first probe"});
+                table.text("to", speed.to, {.required = true, .help = "second probe"});
+                if (table.listing()) return;
+                for (const auto& [key, name] : {std::pair{"from", speed.from}, std::pair{"to", speed.to}})
+                  if (!names.contains(name)) table.fault(key, fmt::format("no flow.probe is named '{}'", name));
+                result.front_speeds.push_back(std::move(speed));
+              });
+  auto output = flow.table("output", "what is written");
+  output.real("every_s", result.output.every, {.unit = "s", .min = 0.0, .help = "fields, 0: none"});
+  output.real("interface_every_s", result.output.interface_every,
+              {.unit = "s", .min = 0.0, .help = "surfaces of bodies, 0: none"});
+}
+
+}  // namespace
+
+FlowCase read_flow_case(CaseReader& reader) {
+  FlowCase result;
+  result.common = read_case_common(reader);
+  auto flow = reader.section("flow", "the gas");
+  read_gas(flow, result.options);
+  auto grid = flow.table("grid", "non-uniform Cartesian grid");
+  read_axis(grid, "x", result.axes[0]);
+  read_axis(grid, "y", result.axes[1]);
+  read_axis(grid, "z", result.axes[2]);
+  if (!result.axes[0].present)
+    grid.fault("x", "missing: a 1-D grid lies along x, a 2-D grid in x and y");
+  read_boundaries(flow, result);
+  read_initial(flow, result);
+  read_bursts(flow, result);
+  read_bodies(flow, result);
+  read_numerics(flow, result);
+  read_probes_and_output(flow, result);
+  return result;
+}
+
+}  // namespace ocublast::flow

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "coupler/base/case_common.hpp"
+#include "coupler/base/case_reader.hpp"
+#include "flow_solver/grid/make_grid.hpp"
+#include "flow_solver/immersed/immersed_boundary.hpp"
+#include "flow_solver/io/probes.hpp"
+#include "flow_solver/step.hpp"
+
+namespace ocublast::flow {
+
+enum class BodyMotion { fixed, prescribed, coupled };
+
+/// Law of a rigid translation: x(t) = X + velocity t + amplitude (1 - cos(angular_frequency t)).
+struct RigidPath {
+  std::array<double, 3> velocity{};   ///< m/s
+  std::array<double, 3> amplitude{};  ///< m
+  double angular_frequency = 0.0;     ///< 1/s
+};
+
+struct BodyCase {
+  std::string name;
+  std::filesystem::path surface;  ///< empty for a coupled body: the solid sends its surface
+  BodyMotion motion = BodyMotion::fixed;
+  RigidPath path;
+  WallSlip slip = WallSlip::slip;
+  double wall_temperature = 0.0;  ///< K, 0: adiabatic
+};
+
+enum class InitialKind { uniform, riemann };
+
+struct GasState {
+  double pressure = 0.0;             ///< Pa
+  double temperature = 0.0;          ///< K
+  std::array<double, 3> velocity{};  ///< m/s
+};
+
+/// Start of the gas before bursts are added.
+struct InitialCase {
+  InitialKind kind = InitialKind::uniform;
+  int axis = 0;           ///< of the Riemann problem
+  double position = 0.0;  ///< m, of its interface
+  GasState left, right;   ///< of its two sides; uniform: ambient at rest
+};
+
+/// A ball of hot gas at rest. Either its energy above ambient, or its pressure, is given.
+struct BurstCase {
+  std::string name;
+  std::array<double, 3> center{};  ///< m
+  double radius = 0.0;             ///< m
+  double energy = 0.0;             ///< J above ambient; 0: pressure given
+  double pressure = 0.0;           ///< Pa; 0: energy given
+  double temperature = 0.0;        ///< K, of the ball
+};
+
+struct FrontSpeed {
+  std::string name, from, to;  ///< speed between the arrivals at two probes
+};
+
+/// Overpressure at the vertex of a body that is nearest to a point of its reference shape.
+struct SurfaceProbe {
+  std::string name;
+  std::string body;
+  std::array<double, 3> position{};  ///< m
+};
+
+struct OutputCase {
+  double every = 0.0;  ///< s, 0: no fields
+  double interface_every = 0.0;  ///< s, 0: none
+};
+
+/// Everything [flow] says.
+struct FlowCase {
+  CaseCommon common;
+  std::array<AxisSpec, 3> axes;
+  FlowOptions options;
+  Boundaries boundaries;
+  InitialCase initial;
+  std::vector<BurstCase> bursts;
+  std::vector<BodyCase> bodies;
+  ImmersedOptions immersed;
+  std::vector<Probe> probes;
+  std::vector<SurfaceProbe> surface_probes;
+  std::vector<FrontSpeed> front_speeds;
+  OutputCase output;
+  double quiet_overpressure = 1e-9;  ///< relative to ambient; a smaller load counts as none
+  bool coupled = false;              ///< some body is moved by a solid
+};
+
+/// Declares and reads [case], [time], [ambient] and [flow]; faults are left with the reader.
+[[nodiscard]] FlowCase read_flow_case(CaseReader& reader);
+
+}  // namespace ocublast::flow

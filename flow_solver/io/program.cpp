@@ -1,0 +1,91 @@
+#include <cstdio>
+#include <thread>
+
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include "coupler/base/errors.hpp"
+#include "coupler/base/log.hpp"
+#include "coupler/base/version.hpp"
+#include "flow_solver/io/run.hpp"
+
+namespace ocublast::flow {
+namespace {
+
+void list_keys() {
+  auto reader = CaseReader::make_listing();
+  static_cast<void>(read_flow_case(reader));
+  std::fputs(reader.key_list().c_str(), stdout);
+}
+
+/// Says in a few lines what would run.
+std::string describe(const FlowCase& flow_case) {
+  const Grid grid = make_grid(flow_case.axes);
+  return fmt::format("flow: {} x {} x {} = {} nodes, {} bodies, {} bursts, {} probes, to t = {} s\n",
+                     grid.axis[0].n, grid.axis[1].n, grid.axis[2].n, grid.n_cells(),
+                     flow_case.bodies.size(), flow_case.bursts.size(), flow_case.probes.size(),
+                     flow_case.common.end_time);
+}
+
+void run(const CommandLine& line) {
+  if (line.list_keys) return list_keys();
+  CaseReader reader(line.source);
+  FlowCase flow_case = read_flow_case(reader);
+  const bool coupled = reader.has("coupling");
+  if (coupled && !flow_case.coupled)
+    reader.section("flow").fault("body", "a case with [coupling] needs a body with motion = \"coupled\"");
+  if (!coupled && flow_case.coupled)
+    reader.section("flow").fault("body", "a coupled body needs a [coupling] table");
+  reader.finish();
+  if (line.effective_only) {
+    std::fputs(reader.effective().c_str(), stdout);
+    return;
+  }
+  if (line.check_only) {
+    std::fputs(describe(flow_case).c_str(), stdout);
+    return;
+  }
+  flow_case.options.threads =
+      line.threads > 0 ? line.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  auto log = make_logger("flow_solver", line.out.empty() ? line.out : line.out / "log" / "flow_solver.log");
+  if (!coupled) {
+    FlowRun(std::move(flow_case), line, log, nullptr).run_alone();
+    return;
+  }
+  link::Participant coupler(link::connection_from_environment(
+      link::Role::flow, fmt::format("flow_solver {}", version_text), reader.hash()));
+  try {
+    const auto surface = coupler.receive_mesh();
+    FlowRun flow_run(std::move(flow_case), line, log, &surface);
+    flow_run.run_coupled(coupler);
+  } catch (const CaseError& error) {
+    coupler.abort(error.what(), ExitCode::bad_case);
+    throw;
+  } catch (const NumericsError& error) {
+    coupler.abort(error.what(), ExitCode::numerics);
+    throw;
+  } catch (const LinkError&) {
+    throw;  // the coupler is gone or knows
+  } catch (const std::exception& error) {
+    coupler.abort(error.what());
+    throw;
+  }
+}
+
+}  // namespace
+
+int run_flow_solver(int argc, char** argv) {
+  const std::string program = "flow_solver";
+  try {
+    mallopt(M_MMAP_THRESHOLD, 256 << 20);  // large messages and frames come from re-used memory
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+    const auto line = parse_command_line(argc, argv, program,
+                                         "Compressible flow on a Cartesian grid with immersed bodies.");
+    if (line) run(*line);
+    return static_cast<int>(ExitCode::done);
+  } catch (...) {
+    return report_current_exception(program);
+  }
+}
+
+}  // namespace ocublast::flow

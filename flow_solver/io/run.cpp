@@ -1,0 +1,392 @@
+#include "flow_solver/io/run.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "coupler/base/errors.hpp"
+#include "coupler/base/hdf5_file.hpp"
+#include "coupler/link/checkpoint_place.hpp"
+#include "flow_solver/io/body_surface.hpp"
+
+namespace ocublast::flow {
+namespace {
+
+double wall_clock() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Set by SIGINT and SIGTERM of a run without a coupler: the only state a signal handler may touch.
+volatile std::sig_atomic_t stop_asked = 0;
+void ask_to_stop(int) { stop_asked = 1; }
+
+std::vector<Body> make_bodies(const FlowCase& flow_case, const link::InterfaceMesh* coupled) {
+  std::vector<Body> bodies;
+  for (const auto& spec : flow_case.bodies) {
+    Body body{.name = spec.name, .surface = {}, .slip = spec.slip,
+              .wall_temperature = spec.wall_temperature, .moves = spec.motion != BodyMotion::fixed};
+    if (spec.motion == BodyMotion::coupled)
+      body.surface = {.vertices = coupled->vertices, .triangles = coupled->triangles};
+    else
+      body.surface = read_body_surface(spec.surface);
+    bodies.push_back(std::move(body));
+  }
+  return bodies;
+}
+
+void require_inside_grid(const FlowCase& flow_case, const Body& body) {
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto& axis = flow_case.axes[a];
+    if (!axis.present) continue;
+    double low = body.surface.vertices.at(a);
+    double high = low;
+    for (std::size_t v = a; v < body.surface.vertices.size(); v += 3) {
+      low = std::min(low, body.surface.vertices[v]);
+      high = std::max(high, body.surface.vertices[v]);
+    }
+    const bool outside = high < axis.min || low > axis.max;
+    const bool moving_across = body.moves && (low < axis.min || high > axis.max);
+    if (outside || moving_across)
+      throw CaseError(fmt::format(
+          "flow.body '{}': spans {} = [{:.6g}, {:.6g}] m, the grid has [{:.6g}, {:.6g}] m; {}", body.name,
+          "xyz"[a], low, high, axis.min, axis.max,
+          outside ? "it lies outside: move the body or the grid" : "a moving body must stay inside"));
+  }
+}
+
+/// Bodies without extent in an absent direction would never be met by a line: they must span it.
+void require_bodies_fit(const FlowCase& flow_case, const std::vector<Body>& bodies) {
+  for (const auto& body : bodies) require_inside_grid(flow_case, body);
+}
+
+}  // namespace
+
+FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
+                 const link::InterfaceMesh* coupled_surface)
+    : case_(std::move(flow_case)),
+      out_(line.out),
+      log_(std::move(log)),
+      quiet_(line.quiet),
+      flow_(make_grid(case_.axes), case_.boundaries, case_.options),
+      probes_(flow_.grid(), case_.options.gas, case_.probes, case_.common.ambient_pressure),
+      fields_(flow_.grid(), case_.options.gas,
+              {.directory = line.out, .ambient_pressure = case_.common.ambient_pressure}),
+      surfaces_(line.out) {
+  wall_start_ = wall_clock();
+  auto surfaces = make_bodies(case_, coupled_surface);
+  require_bodies_fit(case_, surfaces);
+  if (!surfaces.empty()) {
+    bodies_ = std::make_unique<ImmersedBoundary>(flow_.grid(), case_.options.gas, std::move(surfaces),
+                                                 case_.immersed);
+    for (std::size_t b = 0; b < case_.bodies.size(); ++b)
+      if (case_.bodies[b].motion == BodyMotion::coupled) {
+        coupled_body_ = b;
+        overpressure_.assign(bodies_->position(b).size() / 3, 0.0);
+      }
+  }
+  place_surface_probes();
+  double resume_time = -1.0;
+  if (!line.resume.empty()) {
+    clock_ = read_checkpoint(link::require_checkpoint(line.resume).directory, flow_, bodies_.get(), probes_);
+    resume_time = clock_.time;
+    fields_.restore(clock_.field_times);
+    surfaces_.restore(clock_.interface_times);
+    surface_times_ = clock_.surface_times;
+    surface_history_ = clock_.surface_history;
+    restore_sums();
+  } else {
+    burst_energies_ = apply_initial_state(case_, flow_);
+  }
+  if (bodies_) {
+    bodies_->move_to(clock_.time);
+    const auto topology = bodies_->update_topology(flow_.primitives());
+    fluid_nodes_ = topology.fluid_nodes;
+    if (topology.smallest_gap > 0.0 && topology.smallest_gap < 2.0)
+      log_->warn("a gap is {:.2f} cells wide: its pressure is not resolved", topology.smallest_gap);
+    flow_.immerse(bodies_.get());
+  } else {
+    fluid_nodes_ = flow_.grid().n_cells();
+  }
+  flow_.fill_domain_ghosts();
+  if (!out_.empty()) {
+    probes_.open(out_ / "probes.csv", resume_time);
+    open_globals(resume_time);
+  }
+  if (line.resume.empty()) {
+    probes_.sample(std::as_const(flow_).primitives(), tags(), clock_.time);
+    write_outputs(false);
+  }
+  setup_seconds_ = wall_clock() - wall_start_;
+  log_->info("{} nodes, {} in the gas, kernels {}, {} threads, set-up {:.2f} s", flow_.grid().n_cells(),
+             fluid_nodes_, flow_.instruction_set(), case_.options.threads, setup_seconds_);
+}
+
+void FlowRun::place_surface_probes() {
+  for (const auto& probe : case_.surface_probes) {
+    SurfacePlace place;
+    while (case_.bodies[place.body].name != probe.body) ++place.body;
+    const auto& vertices = bodies_->body(place.body).surface.vertices;
+    double nearest = std::numeric_limits<double>::max();
+    for (std::size_t v = 0; v < vertices.size() / 3; ++v) {
+      double distance = 0.0;
+      for (std::size_t a = 0; a < 3; ++a)
+        distance += (vertices[3 * v + a] - probe.position[a]) * (vertices[3 * v + a] - probe.position[a]);
+      if (distance < nearest) {
+        nearest = distance;
+        place.vertex = v;
+      }
+    }
+    surface_places_.push_back(place);
+  }
+}
+
+void FlowRun::sample_surface_probes() {
+  if (surface_places_.empty()) return;
+  surface_times_.push_back(clock_.time);
+  std::vector<double> p;
+  for (std::size_t s = 0; s < surface_places_.size(); ++s) {
+    const auto& place = surface_places_[s];
+    if (s == 0 || place.body != surface_places_[s - 1].body) {
+      p.assign(bodies_->position(place.body).size() / 3, 0.0);
+      bodies_->read_overpressure(std::as_const(flow_).primitives(), place.body,
+                                 case_.common.ambient_pressure, p);
+    }
+    surface_history_.push_back(p[place.vertex]);
+  }
+}
+
+std::span<const std::uint8_t> FlowRun::tags() const {
+  return bodies_ ? bodies_->tags() : std::span<const std::uint8_t>();
+}
+
+double FlowRun::stable_step() {
+  const double dt = flow_.stable_step();
+  return bodies_ ? std::min(dt, bodies_->wall_step_limit()) : dt;
+}
+
+/// Each prescribed body follows its law over the interval; a cubic through end positions and
+/// velocities is 4th order in the interval, far below the flow's own error.
+void FlowRun::set_prescribed_paths(double t_begin, double t_end) {
+  for (std::size_t b = 0; b < case_.bodies.size(); ++b) {
+    const auto& spec = case_.bodies[b];
+    if (spec.motion != BodyMotion::prescribed) continue;
+    const auto& reference = bodies_->body(b).surface.vertices;
+    std::vector<double> x(reference.size());
+    std::vector<double> v(reference.size());
+    const double w = spec.path.angular_frequency;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const std::size_t a = i % 3;
+      x[i] = reference[i] + spec.path.velocity[a] * t_end +
+             spec.path.amplitude[a] * (1.0 - std::cos(w * t_end));
+      v[i] = spec.path.velocity[a] + spec.path.amplitude[a] * w * std::sin(w * t_end);
+    }
+    bodies_->set_path(b, t_begin, t_end, x, v);
+  }
+}
+
+void FlowRun::step_to(double t_end) {
+  while (clock_.time < t_end) {
+    const double begin = wall_clock();
+    const double remaining = t_end - clock_.time;
+    // Equal steps to the end; 1e-9: no extra step for the rounding of the division.
+    const double n = std::max(1.0, std::ceil(remaining / stable_step() * (1.0 - 1e-9)));
+    const double dt = remaining / n;
+    const double t_next = n == 1.0 ? t_end : clock_.time + dt;
+    set_prescribed_paths(clock_.time, t_next);
+    last_report_ = flow_.advance(clock_.time, dt);
+    clock_.time = t_next;
+    ++clock_.step;
+    compute_seconds_ += wall_clock() - begin;
+    after_step();
+  }
+}
+
+void FlowRun::after_step() {
+  const auto& r = last_report_;
+  sums_.cells += r.active_share * static_cast<double>(fluid_nodes_);
+  sums_.active_sum += r.active_share;
+  sums_.redone += r.redone;
+  sums_.marked += static_cast<double>(r.marked_nodes);
+  sums_.floored += static_cast<double>(r.floored_nodes);
+  const double begin = wall_clock();
+  probes_.sample(std::as_const(flow_).primitives(), tags(), clock_.time);
+  sample_surface_probes();
+  write_globals(r);
+  write_outputs(false);
+  output_seconds_ += wall_clock() - begin;
+}
+
+void FlowRun::write_outputs(bool last) {
+  if (out_.empty()) return;
+  const auto due = [&](double every, double& next) {
+    if (every <= 0.0) return false;
+    // A step that ends within 1e-9 of the interval before the due time counts as there.
+    const bool now = clock_.time >= next - 1e-9 * every;
+    while (next - 1e-9 * every <= clock_.time) next += every;
+    return now || (last && next - every < clock_.time * (1.0 - 1e-9));
+  };
+  const auto W = std::as_const(flow_).primitives();
+  if (due(case_.output.every, clock_.next_output)) fields_.write(W, tags(), clock_.time);
+  if (bodies_ && due(case_.output.interface_every, clock_.next_interface))
+    surfaces_.write(*bodies_, W, case_.common.ambient_pressure, clock_.time);
+}
+
+void FlowRun::open_globals(double resume_time) {
+  std::string kept;
+  const auto path = out_ / "globals.csv";
+  if (resume_time >= 0.0 && std::filesystem::exists(path)) {
+    std::ifstream in(path);
+    std::string text;
+    while (std::getline(in, text))
+      if (kept.empty() || std::strtod(text.c_str(), nullptr) <= resume_time) kept += text + '\n';
+  }
+  if (kept.empty()) {
+    kept = "time_s,step,dt_s,mass_kg,energy_J,active_share,marked_nodes,redone,max_pressure_Pa,min_pressure_Pa";
+    for (const auto& body : case_.bodies)
+      kept += fmt::format(",{0}_force_x_N,{0}_force_y_N,{0}_force_z_N,{0}_moment_x_N_m,{0}_moment_y_N_m,"
+                          "{0}_moment_z_N_m,{0}_power_W,{0}_exposed_area_m2", body.name);
+    for (const auto& probe : case_.surface_probes) kept += fmt::format(",{}_overpressure_Pa", probe.name);
+    kept += '\n';
+  }
+  globals_.open(path, std::ios::trunc);
+  if (!globals_) throw LinkError(fmt::format("{}: cannot be written", path.string()));
+  globals_ << kept;
+}
+
+void FlowRun::write_globals(const StepReport& r) {
+  if (!globals_.is_open()) return;
+  const auto totals = flow_.totals();
+  globals_ << fmt::format("{:.17g},{},{:.9g},{:.15g},{:.15g},{:.5g},{},{},{:.9g},{:.9g}", clock_.time,
+                          clock_.step, r.dt, totals.mass, totals.energy, r.active_share, r.marked_nodes,
+                          r.redone, r.largest_pressure, r.smallest_pressure);
+  for (std::size_t b = 0; b < case_.bodies.size(); ++b) {
+    const auto load = bodies_->load(std::as_const(flow_).primitives(), b, case_.common.ambient_pressure);
+    globals_ << fmt::format(",{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", load.force[0],
+                            load.force[1], load.force[2], load.moment[0], load.moment[1],
+                            load.moment[2], load.power, load.exposed_area);
+  }
+  for (std::size_t i = surface_places_.size(); i > 0; --i)
+    globals_ << fmt::format(",{:.9g}", surface_history_[surface_history_.size() - i]);
+  globals_ << '\n';
+}
+
+std::string FlowRun::status() const {
+  double peak = 0.0;
+  const auto& history = probes_.history();
+  for (const double p : history) peak = std::max(peak, p);
+  return fmt::format("active {:.0f} %, peak at probes {:.1f} kPa, at the wall {:.1f} kPa",
+                     100.0 * last_report_.active_share, peak * 1e-3, sums_.wall_peak * 1e-3);
+}
+
+void FlowRun::show_progress(bool last) {
+  if (quiet_) return;
+  const double now = wall_clock() - wall_start_;
+  if (!last && now - progress_shown_ < 1.0) return;
+  progress_shown_ = now;
+  const double share = clock_.time / case_.common.end_time;
+  std::fprintf(stdout, "%s\n", fmt::format("t {:.4g} of {:.4g} s  step {}  {:.0f} %  ETA {:.0f} s  {}",
+                                           clock_.time, case_.common.end_time, clock_.step, 100.0 * share,
+                                           share > 0.0 ? now * (1.0 / share - 1.0) : 0.0, status()).c_str());
+  std::fflush(stdout);
+}
+
+void FlowRun::save(const std::filesystem::path& directory) {
+  clock_.field_times = fields_.times();
+  clock_.interface_times = surfaces_.times();
+  clock_.surface_times = surface_times_;
+  clock_.surface_history = surface_history_;
+  keep_sums();
+  write_checkpoint(directory, flow_, bodies_.get(), probes_, clock_);
+  probes_.flush();
+  globals_.flush();
+}
+
+void FlowRun::run_alone() {
+  std::signal(SIGINT, ask_to_stop);
+  std::signal(SIGTERM, ask_to_stop);
+  const double end = case_.common.end_time;
+  while (clock_.time < end && stop_asked == 0) {
+    const double dt = stable_step();
+    const double remaining = end - clock_.time;
+    // The last two steps share what is left, so that the run ends exactly and without a sliver.
+    const double next = remaining <= dt ? end : clock_.time + (remaining < 2.0 * dt ? 0.5 * remaining : dt);
+    step_to(next);
+    show_progress(false);
+  }
+  if (stop_asked != 0) {
+    const auto place = link::checkpoint_directory(out_, static_cast<std::uint64_t>(clock_.step));
+    std::filesystem::create_directories(place);
+    save(place);
+    log_->warn("stopped by a signal at t = {:.6g} s; continue with --resume {}", clock_.time, out_.string());
+  }
+  write_outputs(true);
+  show_progress(true);
+  write_summary();
+}
+
+link::Report FlowRun::finish_window(const link::Order& order) {
+  link::Report report;
+  report.stable_step = stable_step();
+  if (!coupled_body_) return report;
+  const auto W = std::as_const(flow_).primitives();
+  bodies_->read_overpressure(W, *coupled_body_, case_.common.ambient_pressure, overpressure_);
+  double largest = 0.0;
+  for (const double p : overpressure_) largest = std::max(largest, std::abs(p));
+  const auto load = bodies_->load(W, *coupled_body_, case_.common.ambient_pressure);
+  report.idle = largest <= case_.quiet_overpressure * case_.common.ambient_pressure;
+  if (!report.idle) {
+    const double window = order.t_end - order.t_begin;
+    report.overpressure = overpressure_;
+    // Trapezoidal rule on power and force: 2nd order in the window, as the coupling itself.
+    report.work = 0.5 * window * (sums_.last_power + load.power);
+    for (std::size_t a = 0; a < 3; ++a)
+      report.impulse[a] = 0.5 * window * (sums_.last_force[a] + load.force[a]);
+    sums_.last_power = load.power;
+    sums_.last_force = load.force;
+    const double peak = *std::max_element(overpressure_.begin(), overpressure_.end());
+    if (peak > sums_.wall_peak) {
+      sums_.wall_peak = peak;
+      sums_.wall_peak_time = clock_.time;
+    }
+  }
+  report.impedance = load.largest_impedance;
+  report.status = status();
+  return report;
+}
+
+void FlowRun::run_coupled(link::Participant& coupler) {
+  std::signal(SIGINT, SIG_IGN);  // Ctrl-C reaches the whole group; the coupler decides what it means
+  coupler.ready(stable_step(), static_cast<std::uint64_t>(clock_.window), clock_.time);
+  while (true) {
+    const auto order = coupler.next();
+    if (order.kind == link::Order::Kind::finish) break;
+    if (order.kind == link::Order::Kind::checkpoint) {
+      save(order.checkpoint);
+      coupler.checkpoint_written();
+      continue;
+    }
+    const double begin = wall_clock();
+    if (coupled_body_ && !order.idle) {
+      if (order.wall_path == link::WallPath::cubic)
+        bodies_->set_path(*coupled_body_, order.t_begin, order.t_end, order.position, order.velocity);
+      else
+        bodies_->set_straight_path(*coupled_body_, order.t_begin, order.t_end, order.position);
+    }
+    const auto steps_before = clock_.step;
+    step_to(order.t_end);
+    clock_.window = static_cast<std::int64_t>(order.window);
+    auto report = finish_window(order);
+    report.steps_taken = static_cast<std::uint32_t>(clock_.step - steps_before);
+    report.compute_seconds = wall_clock() - begin;
+    coupler.send(report);
+  }
+  write_outputs(true);
+  write_summary();
+  coupler.goodbye();
+}
+
+}  // namespace ocublast::flow

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <spdlog/spdlog.h>
+
+#include "coupler/base/command_line.hpp"
+#include "coupler/link/participant.hpp"
+#include "flow_solver/io/checkpoint.hpp"
+#include "flow_solver/io/field_output.hpp"
+#include "flow_solver/io/flow_case.hpp"
+
+namespace ocublast::flow {
+
+/// Builds the state of the gas at the start: uniform or Riemann, then the bursts. Returns the energy
+/// [J] above ambient that each burst brought to the grid.
+std::vector<double> apply_initial_state(const FlowCase& flow_case, Flow& flow);
+
+/// One run of the flow solver: set-up, steps, output. Alone or as a participant.
+class FlowRun {
+ public:
+  /// `coupled_surface`: the wet surface that the solid sent; needed when the case has a coupled body.
+  FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
+          const link::InterfaceMesh* coupled_surface);
+
+  /// Runs to the end of time; a signal ends it early with a checkpoint.
+  void run_alone();
+  /// Serves a coupler until it says finish.
+  void run_coupled(link::Participant& coupler);
+
+ private:
+  void step_to(double t_end);
+  void after_step();
+  void write_outputs(bool last);
+  void write_globals(const StepReport& report);
+  void set_prescribed_paths(double t_begin, double t_end);
+  [[nodiscard]] double stable_step();
+  link::Report finish_window(const link::Order& order);
+  void place_surface_probes();
+  void sample_surface_probes();
+  void save(const std::filesystem::path& directory);
+  void write_summary();
+  void show_progress(bool last);
+  void open_globals(double resume_time);
+  void keep_sums();
+  void restore_sums();
+  [[nodiscard]] std::span<const std::uint8_t> tags() const;
+  [[nodiscard]] std::string status() const;
+
+  FlowCase case_;
+  std::filesystem::path out_;
+  std::shared_ptr<spdlog::logger> log_;
+  bool quiet_ = false;
+  Flow flow_;
+  std::unique_ptr<ImmersedBoundary> bodies_;
+  Probes probes_;
+  FieldOutput fields_;
+  InterfaceOutput surfaces_;
+  RunClock clock_;
+  std::ofstream globals_;
+  std::optional<std::size_t> coupled_body_;
+  std::vector<double> overpressure_;       ///< Pa, at the coupled body's vertices
+  std::vector<double> burst_energies_;     ///< J
+  struct SurfacePlace {
+    std::size_t body = 0;
+    std::size_t vertex = 0;
+  };
+  std::vector<SurfacePlace> surface_places_;
+  std::vector<double> surface_times_;      ///< s
+  std::vector<double> surface_history_;    ///< Pa, [n_times, n_probes]
+
+  // Running sums and maxima; kept in clock_.sums across a resume.
+  struct Sums {
+    double wall_peak = 0.0;         ///< Pa, largest overpressure at the coupled body
+    double wall_peak_time = 0.0;    ///< s
+    double last_power = 0.0;        ///< W, at the end of the last window
+    std::array<double, 3> last_force{};  ///< N
+    double cells = 0.0;             ///< node updates computed
+    double redone = 0.0;
+    double marked = 0.0;
+    double floored = 0.0;
+    double active_sum = 0.0;
+  } sums_;
+  StepReport last_report_;
+  double compute_seconds_ = 0.0;
+  double output_seconds_ = 0.0;
+  double setup_seconds_ = 0.0;
+  double progress_shown_ = -1.0;
+  double wall_start_ = 0.0;
+  std::size_t fluid_nodes_ = 0;
+};
+
+/// The whole program: command line to exit code.
+int run_flow_solver(int argc, char** argv);
+
+}  // namespace ocublast::flow

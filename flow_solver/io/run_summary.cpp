@@ -1,0 +1,97 @@
+#include <array>
+
+#include <nlohmann/json.hpp>
+
+#include "coupler/base/hdf5_file.hpp"
+#include "flow_solver/io/run.hpp"
+
+namespace ocublast::flow {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json quantity(const std::string& name, double value, const std::string& unit) {
+  return {{"name", name}, {"value", value}, {"unit", unit}};
+}
+
+}  // namespace
+
+/// The sums in the order in which checkpoints hold them.
+void FlowRun::keep_sums() {
+  const auto& s = sums_;
+  clock_.sums = {s.wall_peak, s.wall_peak_time, s.last_power, s.last_force[0], s.last_force[1],
+                 s.last_force[2], s.cells, s.redone, s.marked, s.floored, s.active_sum};
+}
+
+void FlowRun::restore_sums() {
+  auto& s = sums_;
+  std::size_t i = 0;
+  for (double* value : {&s.wall_peak, &s.wall_peak_time, &s.last_power, &s.last_force[0],
+                        &s.last_force[1], &s.last_force[2], &s.cells, &s.redone, &s.marked,
+                        &s.floored, &s.active_sum})
+    *value = clock_.sums.at(i++);
+}
+
+void FlowRun::write_summary() {
+  if (out_.empty()) return;
+  Json quantities = Json::array();
+  for (std::size_t b = 0; b < burst_energies_.size(); ++b)
+    quantities.push_back(quantity(case_.bursts[b].name + "_energy", burst_energies_[b], "J"));
+  const auto add_wave = [&](const std::string& name, const ProbeResult& result) {
+    quantities.push_back(quantity(name + "_peak_overpressure", result.peak, "Pa"));
+    if (result.arrival < 0.0) return;
+    quantities.push_back(quantity(name + "_arrival", result.arrival, "s"));
+    quantities.push_back(quantity(name + "_impulse", result.impulse, "Pa s"));
+  };
+  for (std::size_t b = 0; b < probes_.probes().size(); ++b)
+    add_wave(probes_.probes()[b].name, probes_.result(b));
+  for (std::size_t s = 0; s < surface_places_.size(); ++s)
+    add_wave(case_.surface_probes[s].name,
+             condense_history(surface_times_, surface_history_, s, surface_places_.size()));
+  const auto index = [&](const std::string& name) {
+    std::size_t b = 0;
+    while (probes_.probes()[b].name != name) ++b;
+    return b;
+  };
+  for (const auto& speed : case_.front_speeds) {
+    const std::size_t a = index(speed.from);
+    const std::size_t b = index(speed.to);
+    const double t = probes_.result(b).arrival - probes_.result(a).arrival;
+    if (probes_.result(b).arrival < 0.0 || t <= 0.0) continue;
+    double distance = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double d = probes_.probes()[b].position[i] - probes_.probes()[a].position[i];
+      distance += d * d;
+    }
+    quantities.push_back(quantity(speed.name, std::sqrt(distance) / t, "m/s"));
+  }
+  if (coupled_body_) {
+    const auto& name = case_.bodies[*coupled_body_].name;
+    quantities.push_back(quantity(name + "_peak_wall_overpressure", sums_.wall_peak, "Pa"));
+    quantities.push_back(quantity(name + "_peak_wall_overpressure_time", sums_.wall_peak_time, "s"));
+    quantities.push_back(quantity(
+        name + "_exposed_area",
+        bodies_->load(std::as_const(flow_).primitives(), *coupled_body_, case_.common.ambient_pressure)
+            .exposed_area, "m^2"));
+  }
+  const double steps = static_cast<double>(std::max<std::int64_t>(clock_.step, 1));
+  Json performance = {
+      {"flow_nodes", flow_.grid().n_cells()},
+      {"flow_fluid_nodes", fluid_nodes_},
+      {"flow_steps", clock_.step},
+      {"flow_compute_s", compute_seconds_},
+      {"flow_output_s", output_seconds_},
+      {"flow_setup_s", setup_seconds_},
+      {"flow_cells_per_s", compute_seconds_ > 0.0 ? sums_.cells / compute_seconds_ : 0.0},
+      {"flow_active_share", sums_.active_sum / steps},
+      {"flow_instruction_set", flow_.instruction_set()},
+      {"flow_threads", case_.options.threads},
+      {"flow_redone_steps", sums_.redone},
+      {"flow_marked_nodes_per_step", sums_.marked / steps},
+      {"flow_floored_nodes", sums_.floored},
+      {"flow_ghost_fallbacks", bodies_ ? bodies_->n_fallbacks() : 0}};
+  replace_file(out_ / "flow_summary.json",
+               Json{{"quantities", quantities}, {"performance", performance}}.dump(1) + "\n");
+}
+
+}  // namespace ocublast::flow
