@@ -202,6 +202,8 @@ void read_bodies(Section& flow, FlowCase& result) {
 void read_numerics(Section& flow, FlowCase& result) {
   auto table = flow.table("numerics", "scheme and its constants");
   auto& options = result.options;
+  options.active_box = result.initial.kind == InitialKind::uniform;
+  options.quiescent = to_state(result.initial.left, options.gas);
   static constexpr std::pair<std::string_view, Sensor> sensors[] = {
       {"dilatation", Sensor::theta_compression}, {"strain", Sensor::strain}};
   table.real("cfl", options.cfl,
@@ -222,9 +224,17 @@ void read_numerics(Section& flow, FlowCase& result) {
              {.unit = "1", .min = 1.5, .help = "the same while the field's ratio is above 100"});
   table.real("floor_density_kg_m3", options.floor_density, {.unit = "kg/m^3", .min = 0.0, .help = "0: stop instead"});
   table.real("floor_pressure_Pa", options.floor_pressure, {.unit = "Pa", .min = 0.0, .help = "0: stop instead"});
+  table.flag("skip_quiescent", options.active_box,
+             "compute only the part of the gas that a disturbance has reached (uniform start only)");
+  table.real("skip_tolerance", options.active_tolerance,
+             {.unit = "1", .min = 0.0, .max = 1e-3, .help = "relative difference that counts as disturbed"});
+  table.integer("skip_margin", options.active_margin,
+                {.min = 8, .max = 64, .help = "cells computed beyond the disturbance"});
   table.real("quiet_overpressure", result.quiet_overpressure,
              {.unit = "1", .min = 0.0, .max = 1e-3,
               .help = "loads below this part of ambient pressure are no load"});
+  if (options.active_box && result.initial.kind != InitialKind::uniform && !table.listing())
+    table.fault("skip_quiescent", "only a uniform start has gas at rest to skip");
   table.text("instruction_set", options.instruction_set, {.help = "baseline, avx2, avx512; empty: the best"});
 }
 
