@@ -88,7 +88,7 @@ struct FlowCase {
   std::vector<SurfaceProbe> surface_probes;
   std::vector<FrontSpeed> front_speeds;
   OutputCase output;
-  double quiet_overpressure = 1e-9;  ///< relative to ambient; a smaller load counts as none
+  double quiet_overpressure = 1e-7;  ///< relative to ambient; a smaller load counts as none
   bool coupled = false;              ///< some body is moved by a solid
 };
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <malloc.h>
+#include <omp.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/log.hpp"
@@ -47,6 +48,7 @@ void run(const CommandLine& line) {
   }
   flow_case.options.threads =
       line.threads > 0 ? line.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  omp_set_num_threads(flow_case.options.threads);
   auto log = make_logger("flow_solver", line.out.empty() ? line.out : line.out / "log" / "flow_solver.log");
   if (!coupled) {
     FlowRun(std::move(flow_case), line, log, nullptr).run_alone();
@@ -54,22 +56,11 @@ void run(const CommandLine& line) {
   }
   link::Participant coupler(link::connection_from_environment(
       link::Role::flow, fmt::format("flow_solver {}", version_text), reader.hash()));
-  try {
+  coupler.guard([&] {
     const auto surface = coupler.receive_mesh();
     FlowRun flow_run(std::move(flow_case), line, log, &surface);
     flow_run.run_coupled(coupler);
-  } catch (const CaseError& error) {
-    coupler.abort(error.what(), ExitCode::bad_case);
-    throw;
-  } catch (const NumericsError& error) {
-    coupler.abort(error.what(), ExitCode::numerics);
-    throw;
-  } catch (const LinkError&) {
-    throw;  // the coupler is gone or knows
-  } catch (const std::exception& error) {
-    coupler.abort(error.what());
-    throw;
-  }
+  });
 }
 
 }  // namespace
