@@ -244,12 +244,11 @@ bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report
   ctx.dt = dt;
   for (int stage = 0; stage < 4; ++stage) {
     ctx.stage = stage;
-    if (bodies) {
+    fill_ghosts();
+    if (bodies) {  // only band nodes change, and no stencil reads the domain ghosts beside those
       bodies->move_to(t + stage_time[stage] * dt);
-      fill_ghosts();
       bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
     }
-    fill_ghosts();
     refresh_box();
     const long failures = run_stage();
     if (failures > 0) {

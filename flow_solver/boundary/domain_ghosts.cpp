@@ -90,6 +90,9 @@ void fill_all_ends(const Grid& grid, const NodeBox& box, double* data, const Blo
 
 NodeState characteristic_state(const Gas& gas, const NodeState& s, const NodeState& far, int axis,
                                double sign) {
+  if (s.T == far.T && s.rho == far.rho && s.u[0] == far.u[0] && s.u[1] == far.u[1] &&
+      s.u[2] == far.u[2])
+    return far;  // undisturbed
   const double gamma = gas.heat_capacity_ratio;
   const double c = sound_speed(gas, s.T), c_far = sound_speed(gas, far.T);
   const double un = sign * s.u[axis], un_far = sign * far.u[axis];

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <type_traits>
 #include <utility>
 
+#include "coupler/base/errors.hpp"
 #include "flow_solver/immersed/surface_readout.hpp"
 #include "flow_solver/immersed/topology.hpp"
 #include "flow_solver/immersed/wall_thickness.hpp"
@@ -27,6 +30,24 @@ double finest_spacing(const Grid& grid) {
     for (int i = 0; i + 1 < axis.n; ++i) h = std::min(h, axis.x(i + 1) - axis.x(i));
   }
   return h;
+}
+
+constexpr const char* history_misfit =
+    "checkpoint: the walls do not fit this case; was a mesh or the grid changed?";
+
+template <class T>
+void append_bytes(std::vector<std::uint8_t>& bytes, std::span<const T> values) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  const auto* first = reinterpret_cast<const std::uint8_t*>(values.data());
+  bytes.insert(bytes.end(), first, first + values.size_bytes());
+}
+
+/// Takes the bytes of all values from the front.
+template <class T>
+void take_bytes(std::span<const std::uint8_t>& bytes, std::span<T> values) {
+  if (bytes.size() < values.size_bytes()) throw CaseError(history_misfit);
+  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size_bytes());
+  bytes = bytes.subspan(values.size_bytes());
 }
 
 }  // namespace
@@ -271,6 +292,25 @@ BodyLoad ImmersedBoundary::load(FieldsView<const double> W, std::size_t b,
   const State& s = *state_;
   return integrate_load(s.bodies[b],
                         read_facets(s.nodes(), s.bodies, W, s.gas, b, ambient_pressure));
+}
+
+std::vector<std::uint8_t> ImmersedBoundary::history() const {
+  const State& s = *state_;
+  std::vector<std::uint8_t> bytes;
+  for (const auto& ghosts : s.topology.ghosts)
+    append_bytes(bytes, std::span<const GhostPoint>(ghosts));
+  for (std::size_t b = 0; b < s.bodies.size(); ++b)
+    append_bytes(bytes, std::span<const double>(s.bodies[b].searched));
+  return bytes;
+}
+
+void ImmersedBoundary::restore_history(std::span<const std::uint8_t> bytes) {
+  State& s = *state_;
+  for (auto& ghosts : s.topology.ghosts) take_bytes(bytes, std::span<GhostPoint>(ghosts));
+  for (std::size_t b = 0; b < s.bodies.size(); ++b)
+    take_bytes(bytes, std::span<double>(s.bodies[b].searched));
+  if (!bytes.empty()) throw CaseError(history_misfit);
+  find_band(s.grid, s.nodes(), s.topology);
 }
 
 std::span<const double> ImmersedBoundary::position(std::size_t b) const {

@@ -105,6 +105,12 @@ class ImmersedBoundary {
   /// Load on body b from the same read-out, integrated over the exposed part of its facets.
   [[nodiscard]] BodyLoad load(FieldsView<const double> W, std::size_t b,
                               double ambient_pressure) const;
+  /// What the next topology takes over from the past beside the walls' place (feet, stencils, where
+  /// they were searched): with it a resumed run goes on bit for bit. Same program version only.
+  [[nodiscard]] std::vector<std::uint8_t> history() const;
+  /// Puts it back, after update_topology at the walls' place of that time. Throws CaseError when it
+  /// does not fit.
+  void restore_history(std::span<const std::uint8_t> bytes);
   [[nodiscard]] std::span<const double> position(
       std::size_t b) const;  ///< current, [n_vertices, 3]
   [[nodiscard]] std::span<const double> velocity(std::size_t b) const;

@@ -161,6 +161,32 @@ void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes
   }
 }
 
+}  // namespace
+
+NodeIndex ghost_node(const Grid& grid, int axis, const WallEnd& wall, int layer) {
+  return node_on_line(grid, axis, wall.line, wall.node + wall.side * (layer + 1));
+}
+
+NodeIndex end_node(const Grid& grid, int axis, const WallEnd& wall) {
+  return node_on_line(grid, axis, wall.line, wall.node);
+}
+
+void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
+                  const WallEnd& wall, int layer, bool nodes_changed, GhostPoint& ghost) {
+  if (wall.facet < 0) return;  // the mouth of a gap stays where it is until the next topology
+  const Vec3 x = place(grid, ghost_node(grid, axis, wall, layer));
+  ghost.foot = follow_foot(bodies, x, ghost.foot, bodies[wall.body].geometry.normal[wall.facet]);
+  const double shift = std::abs(ghost.foot.depth - ghost.stencil.built_depth);
+  constexpr double small_shift = 0.05;  // cells
+  const bool keep = !nodes_changed && !ghost.stencil.own_state &&
+                    shift < small_shift * grid.axis[static_cast<std::size_t>(axis)].h(wall.node);
+  if (!keep) {
+    ghost.stencil = nodes.image(ghost.foot, end_node(grid, axis, wall));
+    return;
+  }
+  ghost.stencil.distance = dot(ghost.stencil.place - ghost.foot.point, ghost.foot.normal);
+}
+
 /// The band: every body node that is a ghost of some wall end, with the ghost whose foot is
 /// nearest.
 void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology) {
@@ -194,32 +220,6 @@ void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology) {
     std::uint8_t& tag = topology.cut.tag[nodes.offset(b.node)];
     if (tag == tag_body) tag = tag_band;
   }
-}
-
-}  // namespace
-
-NodeIndex ghost_node(const Grid& grid, int axis, const WallEnd& wall, int layer) {
-  return node_on_line(grid, axis, wall.line, wall.node + wall.side * (layer + 1));
-}
-
-NodeIndex end_node(const Grid& grid, int axis, const WallEnd& wall) {
-  return node_on_line(grid, axis, wall.line, wall.node);
-}
-
-void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
-                  const WallEnd& wall, int layer, bool nodes_changed, GhostPoint& ghost) {
-  if (wall.facet < 0) return;  // the mouth of a gap stays where it is until the next topology
-  const Vec3 x = place(grid, ghost_node(grid, axis, wall, layer));
-  ghost.foot = follow_foot(bodies, x, ghost.foot, bodies[wall.body].geometry.normal[wall.facet]);
-  const double shift = std::abs(ghost.foot.depth - ghost.stencil.built_depth);
-  constexpr double small_shift = 0.05;  // cells
-  const bool keep = !nodes_changed && !ghost.stencil.own_state &&
-                    shift < small_shift * grid.axis[static_cast<std::size_t>(axis)].h(wall.node);
-  if (!keep) {
-    ghost.stencil = nodes.image(ghost.foot, end_node(grid, axis, wall));
-    return;
-  }
-  ghost.stencil.distance = dot(ghost.stencil.place - ghost.foot.point, ghost.foot.normal);
 }
 
 Topology make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options,

@@ -42,6 +42,9 @@ struct Topology {
 void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
                   const WallEnd& wall, int layer, bool nodes_changed, GhostPoint& ghost);
 
+/// The band of a topology whose feet are known.
+void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology);
+
 /// Cuts the grid for the bodies' current place, with the gap rule of `options`. Feet of `old` are
 /// kept where neither their facet nor a body near them moved, so that static walls are searched
 /// once.

@@ -43,6 +43,10 @@ void write_checkpoint(const std::filesystem::path& directory, Flow& flow,
   for (const auto& part : flow.checkpoint())
     file.write("state/" + std::string(part.name), std::span<const double>(part.values),
                {part.values.size()}, "SI");
+  if (bodies != nullptr) {
+    const auto history = bodies->history();
+    file.write("walls", history, {history.size()}, "bytes of this program version");
+  }
   if (bodies != nullptr)
     for (std::size_t b = 0; b < bodies->n_bodies(); ++b) {
       if (!bodies->body(b).moves) continue;
@@ -90,6 +94,7 @@ RunClock read_checkpoint(const std::filesystem::path& directory, Flow& flow,
       const auto v = read_of_size(file, group + "/velocity", size, path);
       bodies->set_path(b, clock.time, clock.time, x, v);
     }
+  if (bodies != nullptr) clock.walls = file.read<std::uint8_t>("walls");
   probes.restore(file.read<double>("probes/times"), file.read<double>("probes/overpressure"));
   return clock;
 } catch (const LinkError& error) {

@@ -19,6 +19,7 @@ struct RunClock {
   double next_interface = 0.0; ///< s
   std::vector<double> field_times;      ///< s, frames written
   std::vector<double> interface_times;  ///< s, frames written
+  std::vector<std::uint8_t> walls;      ///< history of the immersed walls, read back only
   std::vector<double> surface_times;    ///< s, of the surface probes
   std::vector<double> surface_history;  ///< Pa
   std::vector<double> sums;             ///< further running maxima and sums, by the run's own order
@@ -29,7 +30,7 @@ void write_checkpoint(const std::filesystem::path& directory, Flow& flow,
                       const ImmersedBoundary* bodies, const Probes& probes, const RunClock& clock);
 
 /// Reads it back: fields, walls (as a path of no length that ends there), probe histories. The
-/// topology is left to the caller. Throws CaseError when the file does not fit the case.
+/// topology, and RunClock::walls after it, are left to the caller. Throws CaseError when the file does not fit the case.
 [[nodiscard]] RunClock read_checkpoint(const std::filesystem::path& directory, Flow& flow,
                                        ImmersedBoundary* bodies, Probes& probes);
 

@@ -48,10 +48,11 @@ void read_axis(Section& grid, std::string_view name, AxisSpec& spec) {
   axis.real("max_m", spec.max, {.unit = "m", .required = true, .help = "last face"});
   axis.real("spacing_m", spec.spacing, positive("m", "largest cell inside [min_m, max_m]", true));
   spec.refined = axis.has("zone_spacing_m");
-  axis.real("zone_min_m", spec.zone_min, {.unit = "m", .help = "start of the fine zone"});
-  axis.real("zone_max_m", spec.zone_max, {.unit = "m", .help = "end of the fine zone"});
-  axis.real("zone_spacing_m", spec.zone_spacing,
-            {.unit = "m", .min = 0.0, .help = "cell inside the fine zone"});
+  if (spec.refined) {
+    axis.real("zone_min_m", spec.zone_min, {.unit = "m", .required = true, .help = "start of the fine zone"});
+    axis.real("zone_max_m", spec.zone_max, {.unit = "m", .required = true, .help = "end of the fine zone"});
+    axis.real("zone_spacing_m", spec.zone_spacing, positive("m", "cell inside the fine zone"));
+  }
   axis.real("growth", spec.growth,
             {.unit = "1", .min = 1.0, .max = 1.2, .above_min = true,
              .help = "ratio of neighbouring cells beside the fine zone"});

@@ -28,8 +28,12 @@ std::string describe(const FlowCase& flow_case) {
                      flow_case.common.end_time);
 }
 
-void run(const CommandLine& line) {
-  if (line.list_keys) return list_keys();
+/// Whether the run reached its end.
+bool run(const CommandLine& line) {
+  if (line.list_keys) {
+    list_keys();
+    return true;
+  }
   CaseReader reader(line.source);
   FlowCase flow_case = read_flow_case(reader);
   const bool coupled = reader.has("coupling");
@@ -40,20 +44,18 @@ void run(const CommandLine& line) {
   reader.finish();
   if (line.effective_only) {
     std::fputs(reader.effective().c_str(), stdout);
-    return;
+    return true;
   }
   if (line.check_only) {
+    static_cast<void>(make_bodies(flow_case, nullptr));
     std::fputs(describe(flow_case).c_str(), stdout);
-    return;
+    return true;
   }
   flow_case.options.threads =
       line.threads > 0 ? line.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   omp_set_num_threads(flow_case.options.threads);
   auto log = make_logger("flow_solver", line.out.empty() ? line.out : line.out / "log" / "flow_solver.log");
-  if (!coupled) {
-    FlowRun(std::move(flow_case), line, log, nullptr).run_alone();
-    return;
-  }
+  if (!coupled) return FlowRun(std::move(flow_case), line, log, nullptr).run_alone();
   link::Participant coupler(link::connection_from_environment(
       link::Role::flow, fmt::format("flow_solver {}", version_text), reader.hash()));
   coupler.guard([&] {
@@ -61,6 +63,7 @@ void run(const CommandLine& line) {
     FlowRun flow_run(std::move(flow_case), line, log, &surface);
     flow_run.run_coupled(coupler);
   });
+  return true;
 }
 
 }  // namespace
@@ -72,8 +75,8 @@ int run_flow_solver(int argc, char** argv) {
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
     const auto line = parse_command_line(argc, argv, program,
                                          "Compressible flow on a Cartesian grid with immersed bodies.");
-    if (line) run(*line);
-    return static_cast<int>(ExitCode::done);
+    const bool finished = !line || run(*line);
+    return static_cast<int>(finished ? ExitCode::done : ExitCode::other);
   } catch (...) {
     return report_current_exception(program);
   }

@@ -24,20 +24,6 @@ double wall_clock() {
 volatile std::sig_atomic_t stop_asked = 0;
 void ask_to_stop(int) { stop_asked = 1; }
 
-std::vector<Body> make_bodies(const FlowCase& flow_case, const link::InterfaceMesh* coupled) {
-  std::vector<Body> bodies;
-  for (const auto& spec : flow_case.bodies) {
-    Body body{.name = spec.name, .surface = {}, .slip = spec.slip,
-              .wall_temperature = spec.wall_temperature, .moves = spec.motion != BodyMotion::fixed};
-    if (spec.motion == BodyMotion::coupled)
-      body.surface = {.vertices = coupled->vertices, .triangles = coupled->triangles};
-    else
-      body.surface = read_body_surface(spec.surface);
-    bodies.push_back(std::move(body));
-  }
-  return bodies;
-}
-
 void require_inside_grid(const FlowCase& flow_case, const Body& body) {
   for (std::size_t a = 0; a < 3; ++a) {
     const auto& axis = flow_case.axes[a];
@@ -58,12 +44,24 @@ void require_inside_grid(const FlowCase& flow_case, const Body& body) {
   }
 }
 
-/// Bodies without extent in an absent direction would never be met by a line: they must span it.
-void require_bodies_fit(const FlowCase& flow_case, const std::vector<Body>& bodies) {
-  for (const auto& body : bodies) require_inside_grid(flow_case, body);
-}
-
 }  // namespace
+
+std::vector<Body> make_bodies(const FlowCase& flow_case, const link::InterfaceMesh* coupled) {
+  std::vector<Body> bodies;
+  for (const auto& spec : flow_case.bodies) {
+    Body body{.name = spec.name, .surface = {}, .slip = spec.slip,
+              .wall_temperature = spec.wall_temperature, .moves = spec.motion != BodyMotion::fixed};
+    if (spec.motion != BodyMotion::coupled)
+      body.surface = read_body_surface(spec.surface);
+    else if (coupled != nullptr)
+      body.surface = {.vertices = coupled->vertices, .triangles = coupled->triangles};
+    else
+      continue;  // known when the solid has sent it
+    require_inside_grid(flow_case, body);
+    bodies.push_back(std::move(body));
+  }
+  return bodies;
+}
 
 FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
                  const link::InterfaceMesh* coupled_surface)
@@ -78,7 +76,6 @@ FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<sp
       surfaces_(line.out) {
   wall_start_ = wall_clock();
   auto surfaces = make_bodies(case_, coupled_surface);
-  require_bodies_fit(case_, surfaces);
   if (!surfaces.empty()) {
     bodies_ = std::make_unique<ImmersedBoundary>(flow_.grid(), case_.options.gas, std::move(surfaces),
                                                  case_.immersed);
@@ -104,6 +101,7 @@ FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<sp
   if (bodies_) {
     bodies_->move_to(clock_.time);
     const auto topology = bodies_->update_topology(flow_.primitives());
+    if (!clock_.walls.empty()) bodies_->restore_history(clock_.walls);
     fluid_nodes_ = topology.fluid_nodes;
     if (topology.smallest_gap > 0.0 && topology.smallest_gap < 2.0)
       log_->warn("a gap is {:.2f} cells wide: its pressure is not resolved", topology.smallest_gap);
@@ -227,11 +225,16 @@ void FlowRun::write_outputs(bool last) {
     // A step that ends within 1e-9 of the interval before the due time counts as there.
     const bool now = clock_.time >= next - 1e-9 * every;
     while (next - 1e-9 * every <= clock_.time) next += every;
-    return now || (last && next - every < clock_.time * (1.0 - 1e-9));
+    return now || last;
   };
   const auto W = std::as_const(flow_).primitives();
-  if (due(case_.output.every, clock_.next_output)) fields_.write(W, tags(), clock_.time);
-  if (bodies_ && due(case_.output.interface_every, clock_.next_interface))
+  const auto written = [&](const std::vector<double>& times) {
+    return !times.empty() && times.back() == clock_.time;
+  };
+  if (due(case_.output.every, clock_.next_output) && !written(fields_.times()))
+    fields_.write(W, tags(), clock_.time);
+  if (bodies_ && due(case_.output.interface_every, clock_.next_interface) &&
+      !written(surfaces_.times()))
     surfaces_.write(*bodies_, W, case_.common.ambient_pressure, clock_.time);
 }
 
@@ -305,7 +308,7 @@ void FlowRun::save(const std::filesystem::path& directory) {
   globals_.flush();
 }
 
-void FlowRun::run_alone() {
+bool FlowRun::run_alone() {
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
   const double end = case_.common.end_time;
@@ -318,14 +321,17 @@ void FlowRun::run_alone() {
     show_progress(false);
   }
   if (stop_asked != 0) {
+    if (out_.empty()) return false;
     const auto place = link::checkpoint_directory(out_, static_cast<std::uint64_t>(clock_.step));
     std::filesystem::create_directories(place);
     save(place);
     log_->warn("stopped by a signal at t = {:.6g} s; continue with --resume {}", clock_.time, out_.string());
+    return false;
   }
   write_outputs(true);
   show_progress(true);
   write_summary();
+  return true;
 }
 
 link::Report FlowRun::finish_window(const link::Order& order) {

@@ -21,6 +21,11 @@ namespace ocublast::flow {
 /// [J] above ambient that each burst brought to the grid.
 std::vector<double> apply_initial_state(const FlowCase& flow_case, Flow& flow);
 
+/// Bodies with their surfaces; `coupled` is the solid's. Throws CaseError for a file that is no
+/// surface and for a body outside the grid.
+[[nodiscard]] std::vector<Body> make_bodies(const FlowCase& flow_case,
+                                            const link::InterfaceMesh* coupled);
+
 /// One run of the flow solver: set-up, steps, output. Alone or as a participant.
 class FlowRun {
  public:
@@ -28,8 +33,8 @@ class FlowRun {
   FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
           const link::InterfaceMesh* coupled_surface);
 
-  /// Runs to the end of time; a signal ends it early with a checkpoint.
-  void run_alone();
+  /// Runs to the end of time; a signal ends it early with a checkpoint. Whether the end was reached.
+  [[nodiscard]] bool run_alone();
   /// Serves a coupler until it says finish.
   void run_coupled(link::Participant& coupler);
 
