@@ -60,6 +60,9 @@ def _slices(out: Path, frames: list[Frame], faces: list[np.ndarray], normal: int
     for panel, frame in zip(panels.flat, frames):
         grid = frame.grids[0]
         values = np.take(grid.attribute("overpressure"), cell, axis=2 - normal) * KPA
+        if "tag" in grid.attributes:  # inside bodies there is no gas to show
+            values = np.ma.masked_where(
+                np.take(grid.attribute("tag"), cell, axis=2 - normal) != 0, values)
         # After the cut the array is [up, across], since the last index runs along x.
         low, high = values.min(), values.max()
         limit = max(abs(low), abs(high), 1e-9)

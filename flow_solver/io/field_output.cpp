@@ -72,7 +72,9 @@ void FieldOutput::write(FieldsView<const double> W, std::span<const std::uint8_t
   for (int a = 0; a < 3; ++a)
     file.write(fmt::format("velocity_{}", names[static_cast<std::size_t>(a)]),
                gather(grid, [&](int i, int j, int k) { return W(prim_u + a, i, j, k); }), shape, "m/s");
-  if (!tags.empty()) file.write("tag", tags, shape, "1");
+  // 0: gas; elsewhere the other fields hold what the walls' stencils left there.
+  has_tags_ = !tags.empty();
+  if (has_tags_) file.write("tag", tags, shape, "1");
   file.write("time", std::vector<double>{t}, {1}, "s");
   file.close();
   times_.push_back(t);
@@ -96,6 +98,8 @@ void FieldOutput::write_index() const {
     text += "</Geometry>\n";
     for (const char* name : {"overpressure", "density", "temperature"})
       text += attribute(name, "Scalar", "Cell", data_item(cells, file, name));
+    if (has_tags_)
+      text += attribute("tag", "Scalar", "Cell", data_item(cells, file, "tag", "UChar\" Precision=\"1"));
     std::string parts;
     for (const char* name : {"velocity_x", "velocity_y", "velocity_z"})
       parts += data_item(cells, file, name);

@@ -34,6 +34,7 @@ class FieldOutput {
   const Grid* grid_;
   Gas gas_;
   Options options_;
+  bool has_tags_ = false;
   std::vector<double> times_;
 };
 
