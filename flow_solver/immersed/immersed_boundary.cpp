@@ -208,6 +208,11 @@ void ImmersedBoundary::set_straight_path(std::size_t b, double t_begin, double t
                                          std::span<const double> position_end) {
   state_->bodies[b].path.set_straight(t_begin, t_end, position_end);
 }
+void ImmersedBoundary::restore_wall(std::size_t b, std::span<const double> position,
+                                    std::span<const double> velocity,
+                                    std::span<const double> acceleration) {
+  state_->bodies[b].path.set_state(position, velocity, acceleration);
+}
 void ImmersedBoundary::move_to(double t) {
   state_->bodies.move_to(t);
 }
@@ -315,6 +320,9 @@ void ImmersedBoundary::restore_history(std::span<const std::uint8_t> bytes) {
 
 std::span<const double> ImmersedBoundary::position(std::size_t b) const {
   return state_->bodies[b].position;
+}
+std::span<const double> ImmersedBoundary::acceleration(std::size_t b) const {
+  return state_->bodies[b].acceleration;
 }
 std::span<const double> ImmersedBoundary::velocity(std::size_t b) const {
   return state_->bodies[b].velocity;

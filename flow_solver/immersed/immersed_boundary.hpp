@@ -81,6 +81,9 @@ class ImmersedBoundary {
   /// The same with straight paths between the positions (the paper's choice).
   void set_straight_path(std::size_t b, double t_begin, double t_end,
                          std::span<const double> position_end);
+  /// The wall of body b as a checkpoint found it, [n_vertices, 3] each; the next path starts there.
+  void restore_wall(std::size_t b, std::span<const double> position,
+                    std::span<const double> velocity, std::span<const double> acceleration);
   /// Wall position, velocity and acceleration at time t; outside the path's interval its end state,
   /// at rest.
   void move_to(double t);
@@ -113,6 +116,7 @@ class ImmersedBoundary {
   void restore_history(std::span<const std::uint8_t> bytes);
   [[nodiscard]] std::span<const double> position(
       std::size_t b) const;  ///< current, [n_vertices, 3]
+  [[nodiscard]] std::span<const double> acceleration(std::size_t b) const;
   [[nodiscard]] std::span<const double> velocity(std::size_t b) const;
 
  private:

@@ -42,6 +42,15 @@ void WallPath::set_straight(double t_begin, double t_end, std::span<const double
   kind_ = Kind::straight;
 }
 
+void WallPath::set_state(std::span<const double> position, std::span<const double> velocity,
+                         std::span<const double> acceleration) {
+  OCU_ASSERT(position.size() == x0_.size() && velocity.size() == x0_.size());
+  x1_.assign(position.begin(), position.end());
+  v1_.assign(velocity.begin(), velocity.end());
+  acceleration_.assign(acceleration.begin(), acceleration.end());
+  kind_ = Kind::given;
+}
+
 void WallPath::evaluate(double t, std::vector<double>& position, std::vector<double>& velocity,
                         std::vector<double>& acceleration) const {
   const double duration = t_end_ - t_begin_;
@@ -49,6 +58,12 @@ void WallPath::evaluate(double t, std::vector<double>& position, std::vector<dou
   position.resize(x0_.size());
   velocity.resize(x0_.size());
   acceleration.resize(x0_.size());
+  if (kind_ == Kind::given) {
+    position = x1_;
+    velocity = v1_;
+    acceleration = acceleration_;
+    return;
+  }
   if (kind_ == Kind::rest || t < t_begin_ - slack || t > t_end_ + slack) {
     const bool before = kind_ != Kind::rest && t < t_begin_;
     std::copy_n((before ? x0_ : x1_).begin(), x0_.size(), position.begin());
@@ -87,6 +102,10 @@ double WallPath::largest_speed(std::size_t v) const {
   double middle2 = 0.0;
   double end2 = 0.0;
   for (std::size_t n = 3 * v; n < 3 * v + 3; ++n) {
+    if (kind_ == Kind::given) {
+      end2 += v1_[n] * v1_[n];
+      continue;
+    }
     const double middle = 1.5 * (x1_[n] - x0_[n]) / (t_end_ - t_begin_) - 0.25 * (v0_[n] + v1_[n]);
     begin2 += v0_[n] * v0_[n];
     middle2 += middle * middle;

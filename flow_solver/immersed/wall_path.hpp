@@ -24,9 +24,14 @@ class WallPath {
   /// Largest speed [m/s] of vertex v at the ends and in the middle of the interval.
   [[nodiscard]] double largest_speed(std::size_t v) const;
 
+  /// The wall as a checkpoint found it: this state at any time, and the start of the next path.
+  void set_state(std::span<const double> position, std::span<const double> velocity,
+                 std::span<const double> acceleration);
+
  private:
+  std::vector<double> acceleration_;  ///< of a given state
   void begin_interval(double t_begin, double t_end);
-  enum class Kind { rest, cubic, straight } kind_ = Kind::rest;
+  enum class Kind { rest, cubic, straight, given } kind_ = Kind::rest;
   double t_begin_ = 0.0;
   double t_end_ = 0.0;
   std::vector<double> x0_, v0_, x1_, v1_;

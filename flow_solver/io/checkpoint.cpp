@@ -53,6 +53,8 @@ void write_checkpoint(const std::filesystem::path& directory, Flow& flow,
       const std::string group = "bodies/" + bodies->body(b).name;
       file.write(group + "/position", bodies->position(b), {bodies->position(b).size()}, "m");
       file.write(group + "/velocity", bodies->velocity(b), {bodies->velocity(b).size()}, "m/s");
+      file.write(group + "/acceleration", bodies->acceleration(b),
+                 {bodies->acceleration(b).size()}, "m/s^2");
     }
   file.write("probes/times", probes.times(), {probes.times().size()}, "s");
   file.write("probes/overpressure", probes.history(), {probes.history().size()}, "Pa");
@@ -92,7 +94,8 @@ RunClock read_checkpoint(const std::filesystem::path& directory, Flow& flow,
       const std::size_t size = bodies->position(b).size();
       const auto x = read_of_size(file, group + "/position", size, path);
       const auto v = read_of_size(file, group + "/velocity", size, path);
-      bodies->set_path(b, clock.time, clock.time, x, v);
+      const auto a = read_of_size(file, group + "/acceleration", size, path);
+      bodies->restore_wall(b, x, v, a);
     }
   if (bodies != nullptr) clock.walls = file.read<std::uint8_t>("walls");
   probes.restore(file.read<double>("probes/times"), file.read<double>("probes/overpressure"));

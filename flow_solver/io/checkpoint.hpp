@@ -29,7 +29,7 @@ struct RunClock {
 void write_checkpoint(const std::filesystem::path& directory, Flow& flow,
                       const ImmersedBoundary* bodies, const Probes& probes, const RunClock& clock);
 
-/// Reads it back: fields, walls (as a path of no length that ends there), probe histories. The
+/// Reads it back: fields, walls, probe histories. The
 /// topology, and RunClock::walls after it, are left to the caller. Throws CaseError when the file does not fit the case.
 [[nodiscard]] RunClock read_checkpoint(const std::filesystem::path& directory, Flow& flow,
                                        ImmersedBoundary* bodies, Probes& probes);
