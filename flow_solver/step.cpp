@@ -34,6 +34,9 @@ constexpr double nu_cap_fresh = 1.0;
 // Classical RK4 is stable to 2.78 on the negative real axis; margin for the convective part.
 constexpr double diffusion_limit = 2.3;
 
+/// Courant number at which the whole filter is applied once per step.
+constexpr double filter_cfl = 0.9;
+
 constexpr double stage_time[4] = {0.0, 0.5, 0.5, 1.0};
 
 }  // namespace
@@ -275,6 +278,8 @@ StepReport Flow::advance(double t, double dt) {
   c.premark(report);
   const bool floors = c.options.floor_density > 0.0 && c.options.floor_pressure > 0.0;
   c.ctx.drop_limit = strict_drop;
+  c.ctx.filter_strength =
+      c.options.filter_per_time ? std::min(1.0, dt * c.convection / filter_cfl) : 1.0;
   while (!c.run_stages(t, dt, floors && report.redone == most_tries, report)) {
     if (report.redone == most_tries) c.throw_failure(t, dt);
     ++report.redone;

@@ -45,6 +45,9 @@ struct FlowOptions {
   Scheme scheme = Scheme::compact6;
   double cfl = 0.9;                            ///< on the sum over directions of (|u| + c)/h
   bool filter = true;
+  /// Applies the filter's correction in proportion to the step: as much per time at any step as at
+  /// the Courant number 0.9, for which its parameter was chosen. Else once whole per step.
+  bool filter_per_time = false;
   double filter_alpha = 0.47;
   bool artificial_diffusivity = true;
   Sensor sensor = Sensor::theta_compression;

@@ -211,6 +211,8 @@ void read_numerics(Section& flow, FlowCase& result) {
              {.unit = "1", .min = 0.0, .max = 1.2, .above_min = true,
               .help = "Courant number on the sum over directions", .advice = "start from 0.9"});
   table.flag("filter", options.filter, "8th-order implicit filter after each step");
+  table.flag("filter_per_time", options.filter_per_time,
+             "as much filtering per time at any step as at cfl 0.9; false: whole in each step");
   table.real("filter_alpha", options.filter_alpha,
              {.unit = "1", .min = 0.3, .max = 0.495, .help = "filter parameter"});
   table.flag("artificial_diffusivity", options.artificial_diffusivity, "localised artificial diffusivity");

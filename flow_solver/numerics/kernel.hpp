@@ -68,6 +68,7 @@ struct Context {
   bool bulk = false;      ///< beta acts
   bool eighth_order = false;
   bool filter = true;
+  double filter_strength = 1.0;  ///< part of the filter's correction that is applied
   Block W, R, Q, A, G;
   LineView line[3];
   /// Lines for cut segments: eliminated from a wall end or a domain ghost, and from a mirrored end,

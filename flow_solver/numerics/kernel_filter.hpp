@@ -12,8 +12,9 @@ struct UniformFilter {
   const double* rows;
   const double* face_jacobian;
   const double* inverse_jacobian;
+  double strength;
   OCU_INLINE Vec row(int j, int c) const { return splat(rows[static_cast<Index>(j) * filter_row_size + c]); }
-  OCU_INLINE Vec jacobian(int j) const { return splat(face_jacobian[j]); }
+  OCU_INLINE Vec jacobian(int j) const { return splat(strength * face_jacobian[j]); }
   OCU_INLINE Vec inverse_h(int i) const { return splat(inverse_jacobian[i]); }
 };
 
@@ -23,11 +24,14 @@ struct LaneFilter {
   int split;
   const double* face_jacobian;
   const double* inverse_jacobian;
+  double strength;
   OCU_INLINE Vec row(int j, int c) const {
     if (j < split) return splat(rows[static_cast<Index>(j) * filter_row_size + c]);
     return load(tail + (static_cast<Index>(j - split) * filter_row_size + c) * tile_width);
   }
-  OCU_INLINE Vec jacobian(int j) const { return load(face_jacobian + static_cast<Index>(j) * tile_width); }
+  OCU_INLINE Vec jacobian(int j) const {
+    return splat(strength) * load(face_jacobian + static_cast<Index>(j) * tile_width);
+  }
   OCU_INLINE Vec inverse_h(int i) const { return load(inverse_jacobian + static_cast<Index>(i) * tile_width); }
 };
 
@@ -170,7 +174,7 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
   double* buf = face_zero(scratch);
   double* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
   constexpr Index step = 5 * tile_width;
-  const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian};
+  const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength};
   for (int g = g0; g < g1; ++g) {
     const int j0 = g * tile_width;
     const unsigned rows = existing(j0, ctx.n[1]);
@@ -240,7 +244,7 @@ inline void filter_y(const Context& shared, double* scratch, int k, int t0, int 
   const int n = ctx.n[1];
   double* buf = face_zero(scratch);
   double* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
-  const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian};
+  const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength};
   for (int t = t0; t < t1; ++t) {
     const int i0 = t * tile_width;
     const Index flag = static_cast<Index>(k) * ctx.mask_tiles + t;

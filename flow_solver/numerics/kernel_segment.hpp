@@ -356,7 +356,7 @@ void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatc
   const LineView& common = is_mirror(t.low[0]) ? ctx.from_mirror[D] : ctx.from_ghost[D];
   const int end = t.longest + 3;
   lane_tail(common.filter, filter_row_size, 4, ctx.filter_end, t.high, s, t.shortest, end, mem.tail);
-  const LaneFilter coef{common.filter, mem.tail, t.shortest, mem.jacobian, mem.inverse_h};
+  const LaneFilter coef{common.filter, mem.tail, t.shortest, mem.jacobian, mem.inverse_h, ctx.filter_strength};
   const Lanes lanes = segment_lanes<D>(ctx, s, t);
   LineView open = ctx.line[D];
   open.periodic = false;

@@ -157,7 +157,7 @@ void update_column(const Context& shared, double* scratch, int j, int tile, long
     fill_filter_ghosts<2>(ctx, i0, j, 0, pencil);
     const unsigned all_marked = ctx.any_mark ? ctx.line_marked[2][flag] & columns : 0u;
     const Lanes lanes = whole_lanes<2>(ctx, i0, j, 0, all_marked);
-    filter_line(line, n, UniformFilter{line.filter, line.face_jacobian, line.inverse_jacobian}, buf, pencil,
+    filter_line(line, n, UniformFilter{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength}, buf, pencil,
                 cut | ~columns, all_marked != 0 ? &lanes : nullptr);
   }
   double* a = ctx.A.data + i0 + j * ctx.A.sj;
