@@ -69,9 +69,13 @@ void FieldOutput::write(FieldsView<const double> W, std::span<const std::uint8_t
              "kg/m^3");
   file.write("temperature", gather(grid, [&](int i, int j, int k) { return W(prim_T, i, j, k); }),
              shape, "K");
-  for (int a = 0; a < 3; ++a)
-    file.write(fmt::format("velocity_{}", names[static_cast<std::size_t>(a)]),
-               gather(grid, [&](int i, int j, int k) { return W(prim_u + a, i, j, k); }), shape, "m/s");
+  std::vector<float> velocity;
+  velocity.reserve(3 * grid.n_cells());
+  for (int k = 0; k < grid.axis[2].n; ++k)
+    for (int j = 0; j < grid.axis[1].n; ++j)
+      for (int i = 0; i < grid.axis[0].n; ++i)
+        for (int a = 0; a < 3; ++a) velocity.push_back(static_cast<float>(W(prim_u + a, i, j, k)));
+  file.write("velocity", velocity, {shape[0], shape[1], shape[2], 3}, "m/s");
   // 0: gas; elsewhere the other fields hold what the walls' stencils left there.
   has_tags_ = !tags.empty();
   if (has_tags_) file.write("tag", tags, shape, "1");
@@ -100,12 +104,7 @@ void FieldOutput::write_index() const {
       text += attribute(name, "Scalar", "Cell", data_item(cells, file, name));
     if (has_tags_)
       text += attribute("tag", "Scalar", "Cell", data_item(cells, file, "tag", "UChar\" Precision=\"1"));
-    std::string parts;
-    for (const char* name : {"velocity_x", "velocity_y", "velocity_z"})
-      parts += data_item(cells, file, name);
-    text += attribute("velocity", "Vector", "Cell",
-                      fmt::format("<DataItem ItemType=\"Function\" Function=\"JOIN($0,$1,$2)\" "
-                                  "Dimensions=\"{} 3\">{}</DataItem>", cells, parts));
+    text += attribute("velocity", "Vector", "Cell", data_item(cells + " 3", file, "velocity"));
     text += "</Grid>\n";
   }
   replace_file(options_.directory / "flow.xmf", text + xdmf_tail);

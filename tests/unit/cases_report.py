@@ -36,7 +36,7 @@ def item(shape: str, place: str) -> str:
 
 
 def write_flow(out: Path, counts: tuple[int, int, int], times: list[float]) -> None:
-    """A series as flow_solver writes it: cell data [n_k, n_j, n_i], velocity in three datasets."""
+    """A series as flow_solver writes it: cell data [n_k, n_j, n_i], velocity [n_k, n_j, n_i, 3]."""
     (out / "flow").mkdir()
     text = HEAD
     faces = [np.linspace(-1.0, 1.0, n + 1) for n in counts]
@@ -46,8 +46,9 @@ def write_flow(out: Path, counts: tuple[int, int, int], times: list[float]) -> N
         with h5py.File(out / name, "w") as h5:
             for axis, x in zip("xyz", faces):
                 h5[f"faces_{axis}"] = x
-            for field in ("overpressure", "density", "velocity_x", "velocity_y", "velocity_z"):
-                h5[field] = np.random.default_rng(number).random(counts[::-1], dtype=np.float32) + t
+            for field, shape in (("overpressure", counts[::-1]), ("density", counts[::-1]),
+                                 ("velocity", (*counts[::-1], 3))):
+                h5[field] = np.random.default_rng(number).random(shape, dtype=np.float32) + t
         text += (f'<Grid GridType="Uniform"><Time Value="{t}"/><Topology TopologyType="3DRectMesh" '
                  f'Dimensions="1 1 1"/><Geometry GeometryType="VXVYVZ">')
         text += "".join(item(str(len(x)), f"{name}:/faces_{a}") for a, x in zip("xyz", faces))
@@ -55,10 +56,9 @@ def write_flow(out: Path, counts: tuple[int, int, int], times: list[float]) -> N
         for field in ("overpressure", "density"):
             text += (f'<Attribute Name="{field}" AttributeType="Scalar" Center="Cell">'
                      f'{item(size, f"{name}:/{field}")}</Attribute>')
-        parts = "".join(item(size, f"{name}:/velocity_{a}") for a in "xyz")
-        text += (f'<Attribute Name="velocity" AttributeType="Vector" Center="Cell"><DataItem '
-                 f'ItemType="Function" Function="JOIN($0,$1,$2)" Dimensions="{size} 3">{parts}'
-                 "</DataItem></Attribute></Grid>")
+        vectors = item(f"{size} 3", f"{name}:/velocity")
+        text += (f'<Attribute Name="velocity" AttributeType="Vector" Center="Cell">{vectors}'
+                 "</Attribute></Grid>")
     (out / "flow.xmf").write_text(text + TAIL)
 
 
