@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
+#include "flow_solver/io/csv_table.hpp"
 
 namespace ocublast::flow {
 namespace {
@@ -45,23 +46,11 @@ Probes::Probes(const Grid& grid, const Gas& gas, std::vector<Probe> probes, doub
 }
 
 void Probes::open(const std::filesystem::path& csv, double resume_time) {
-  std::string kept;
-  if (resume_time >= 0.0 && std::filesystem::exists(csv)) {
-    std::ifstream in(csv);
-    std::string line;
-    while (std::getline(in, line))
-      if (kept.empty() || std::strtod(line.c_str(), nullptr) <= resume_time) kept += line + '\n';
-  }
-  file_.open(csv, std::ios::trunc);
-  if (!file_) throw LinkError(fmt::format("{}: cannot be written", csv.string()));
-  if (kept.empty()) {
-    kept = "time_s";
-    for (const auto& probe : probes_)
-      kept += fmt::format(",{0}_overpressure_Pa,{0}_density_kg_m3,{0}_u_m_s,{0}_v_m_s,{0}_w_m_s",
+  std::string header = "time_s";
+  for (const auto& probe : probes_)
+    header += fmt::format(",{0}_overpressure_Pa,{0}_density_kg_m3,{0}_u_m_s,{0}_v_m_s,{0}_w_m_s",
                           probe.name);
-    kept += '\n';
-  }
-  file_ << kept;
+  file_ = open_csv_table(csv, header, resume_time);
 }
 
 void Probes::sample(FieldsView<const double> W, std::span<const std::uint8_t> tags, double t) {
@@ -87,6 +76,7 @@ void Probes::sample(FieldsView<const double> W, std::span<const std::uint8_t> ta
     const double scale = weight > 0.0 ? 1.0 / weight : 0.0;
     const double over = weight > 0.0 ? p * scale - ambient_pressure_ : 0.0;
     history_.push_back(over);
+    largest_ = std::max(largest_, over);
     line += fmt::format(",{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", over, sum[prim_rho] * scale,
                         sum[prim_u] * scale, sum[prim_v] * scale, sum[prim_w] * scale);
   }
@@ -96,6 +86,8 @@ void Probes::sample(FieldsView<const double> W, std::span<const std::uint8_t> ta
 void Probes::restore(std::vector<double> times, std::vector<double> history) {
   times_ = std::move(times);
   history_ = std::move(history);
+  largest_ = 0.0;
+  for (const double p : history_) largest_ = std::max(largest_, p);
 }
 
 ProbeResult condense_history(std::span<const double> times, std::span<const double> values,

@@ -50,6 +50,9 @@ class Probes {
     return condense_history(times_, history_, b, probes_.size());
   }
 
+  /// Largest overpressure [Pa] that any probe has seen.
+  [[nodiscard]] double largest() const { return largest_; }
+
   /// History of all probes, for checkpoints: times [n] and overpressures [n, n_probes].
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
   [[nodiscard]] const std::vector<double>& history() const { return history_; }
@@ -67,6 +70,7 @@ class Probes {
   std::vector<std::array<Corner, 8>> corners_;
   std::vector<double> times_;
   std::vector<double> history_;
+  double largest_ = 0.0;  ///< Pa
   std::ofstream file_;
 };
 

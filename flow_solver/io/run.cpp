@@ -12,6 +12,7 @@
 #include "coupler/base/hdf5_file.hpp"
 #include "coupler/link/checkpoint_place.hpp"
 #include "flow_solver/io/body_surface.hpp"
+#include "flow_solver/io/csv_table.hpp"
 
 namespace ocublast::flow {
 namespace {
@@ -239,25 +240,14 @@ void FlowRun::write_outputs(bool last) {
 }
 
 void FlowRun::open_globals(double resume_time) {
-  std::string kept;
-  const auto path = out_ / "globals.csv";
-  if (resume_time >= 0.0 && std::filesystem::exists(path)) {
-    std::ifstream in(path);
-    std::string text;
-    while (std::getline(in, text))
-      if (kept.empty() || std::strtod(text.c_str(), nullptr) <= resume_time) kept += text + '\n';
-  }
-  if (kept.empty()) {
-    kept = "time_s,step,dt_s,mass_kg,energy_J,active_share,marked_nodes,redone,max_pressure_Pa,min_pressure_Pa";
-    for (const auto& body : case_.bodies)
-      kept += fmt::format(",{0}_force_x_N,{0}_force_y_N,{0}_force_z_N,{0}_moment_x_N_m,{0}_moment_y_N_m,"
+  std::string header =
+      "time_s,step,dt_s,mass_kg,energy_J,active_share,marked_nodes,redone,max_pressure_Pa,"
+      "min_pressure_Pa";
+  for (const auto& body : case_.bodies)
+    header += fmt::format(",{0}_force_x_N,{0}_force_y_N,{0}_force_z_N,{0}_moment_x_N_m,{0}_moment_y_N_m,"
                           "{0}_moment_z_N_m,{0}_power_W,{0}_exposed_area_m2", body.name);
-    for (const auto& probe : case_.surface_probes) kept += fmt::format(",{}_overpressure_Pa", probe.name);
-    kept += '\n';
-  }
-  globals_.open(path, std::ios::trunc);
-  if (!globals_) throw LinkError(fmt::format("{}: cannot be written", path.string()));
-  globals_ << kept;
+  for (const auto& probe : case_.surface_probes) header += fmt::format(",{}_overpressure_Pa", probe.name);
+  globals_ = open_csv_table(out_ / "globals.csv", header, resume_time);
 }
 
 void FlowRun::write_globals(const StepReport& r) {
@@ -278,11 +268,8 @@ void FlowRun::write_globals(const StepReport& r) {
 }
 
 std::string FlowRun::status() const {
-  double peak = 0.0;
-  const auto& history = probes_.history();
-  for (const double p : history) peak = std::max(peak, p);
   return fmt::format("active {:.0f} %, peak at probes {:.1f} kPa, at the wall {:.1f} kPa",
-                     100.0 * last_report_.active_share, peak * 1e-3, sums_.wall_peak * 1e-3);
+                     100.0 * last_report_.active_share, probes_.largest() * 1e-3, sums_.wall_peak * 1e-3);
 }
 
 void FlowRun::show_progress(bool last) {

@@ -15,7 +15,7 @@ def order(errors):
 
 class Piston(CouplerTest):
     # Windows shrink with the grid and with the solid's step, so that every error is of the window.
-    # Courant number 0.4: near 0.8 the toy's own stages at the moving wall are of lower order.
+    # Courant number 0.4: near 0.8 the toy shows no clean order (not explained; its own wall?).
     def errors_of(self, cells, *arguments):
         out = f"out{cells}"
         ended = self.run_coupler("--set", f"flow.cells={cells}", "--set",
