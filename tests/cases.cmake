@@ -24,6 +24,7 @@ ocublast_python_test(cases_mesh unit unit 120)
 ocublast_python_test(cases_convert unit unit 120)
 ocublast_python_test(cases_launcher unit unit 180)
 ocublast_python_test(cases_report unit unit 120)
+ocublast_python_test(bench_runner unit unit 60)
 
 find_program(DOCKER_COMPOSE docker-compose)
 if(DOCKER_COMPOSE)
