@@ -89,6 +89,8 @@ void Flow::Core::add_wall_nodes(int axis) {
       at[c_axis] = s.c;
       wall_nodes[static_cast<std::size_t>(at[2])].push_back(
           {.i = at[0], .j = at[1], .axis = axis, .side = side, .wall = wall});
+      std::uint8_t& sides = wall_sides[mark_index(at[0], at[1], at[2])];
+      sides = static_cast<std::uint8_t>(sides | (1U << (2 * axis + (side > 0 ? 1 : 0))));
     }
   }
 }
@@ -158,7 +160,13 @@ void Flow::Core::take_topology(bool convert) {
     }
   }
   ctx.bodies = true;
-  wall_nodes.assign(static_cast<std::size_t>(ctx.n[2]), {});
+  if (wall_nodes.empty()) wall_nodes.resize(static_cast<std::size_t>(ctx.n[2]));
+  wall_sides.resize(mark.size(), 0);
+  for (int k = 0; k < ctx.n[2]; ++k) {
+    auto& nodes = wall_nodes[static_cast<std::size_t>(k)];
+    for (const WallNode& n : nodes) wall_sides[mark_index(n.i, n.j, k)] = 0;
+    nodes.clear();
+  }
   for (int axis = 0; axis < 3; ++axis) {
     if (!ctx.present[axis]) continue;
     set_segments(axis);
@@ -170,6 +178,8 @@ void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
   Core& c = *core_;
   c.bodies = std::move(bodies);
   c.segments = {};
+  c.wall_nodes.clear();
+  c.wall_sides.clear();
   c.prepared = false;
   c.set_masks_without_bodies();
   if (!c.bodies) return;

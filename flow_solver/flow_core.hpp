@@ -14,6 +14,9 @@
 
 namespace ocublast::flow {
 
+/// A pressure ratio in the whole field above this is a fresh charge.
+inline constexpr double fresh_ratio = 100.0;
+
 /// The fluid node at a wall end. Its neighbour beyond the wall is another side's gas or a body node;
 /// the dilatation there takes the wall end's ghost instead.
 struct WallNode {
@@ -61,6 +64,8 @@ struct Flow::Core {
   std::unique_ptr<BodiesInFlow> bodies;
   std::array<SegmentBatches, 3> segments;
   std::vector<std::vector<WallNode>> wall_nodes;  ///< per plane k
+  /// Shape of `mark`: bit 2 axis + (0 below, 1 above) where a wall hides the neighbour on that side.
+  std::vector<std::uint8_t> wall_sides;
   bool prepared = false;  ///< coefficients belong to the current state
   double convection = 0.0, diffusion = 0.0;
   double p_min = 0.0, p_max = 0.0;
@@ -89,6 +94,12 @@ struct Flow::Core {
   // Marks.
   void age_marks();
   void premark(StepReport& report);
+  /// Marks fluid nodes from which gas strikes a wall.
+  void premark_impacts();
+  [[nodiscard]] bool jumps(int i, int j, int k) const;
+  [[nodiscard]] std::size_t mark_index(int i, int j, int k) const {
+    return static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.tiles * tile_width + i);
+  }
   void mark_failures(bool with_neighbours);
   void set_line_marks();
   [[nodiscard]] std::size_t count_marks() const;

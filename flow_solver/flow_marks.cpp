@@ -23,18 +23,74 @@ void Flow::Core::age_marks() {
   for (std::uint8_t& m : mark) m = m > 0 ? static_cast<std::uint8_t>(m - 1) : m;
 }
 
+/// Gas that strikes a wall as fast as this part of its sound speed within one node is an unresolved
+/// impact. The ghost of a wall just behind that node is almost at rest, and a shock standing in
+/// front of it with the stream vanishing in the wall solves the central fluxes too; the first-order
+/// flux from the node's mirrored state lets nothing through.
+constexpr double impact_mach = 0.7;
+
+void Flow::Core::premark_impacts() {
+  if (!bodies) return;
+  for (int k = lo[2]; k < hi[2]; ++k) {
+    for (const WallNode& node : wall_nodes[static_cast<std::size_t>(k)]) {
+      if (node.i < lo[0] || node.i >= hi[0] || node.j < lo[1] || node.j >= hi[1]) continue;
+      const double* w = ctx.W.data + node.i + node.j * ctx.W.sj + k * ctx.W.sk;
+      const double* wall = ctx.wall_motion[node.axis] + 6 * node.wall;
+      double normal[3] = {wall[0], wall[1], wall[2]};
+      // A wall without slip gives no normal: its line's direction serves.
+      if (normal[0] == 0.0 && normal[1] == 0.0 && normal[2] == 0.0) normal[node.axis] = -node.side;
+      double away = 0.0;
+      for (int a = 0; a < 3; ++a) away += normal[a] * (w[(prim_u + a) * ctx.W.sf] - wall[3 + a]);
+      const double c = sound_speed(options.gas, w[prim_T * ctx.W.sf]);
+      if (-away < impact_mach * c) continue;
+      std::uint8_t& m = mark[mark_index(node.i, node.j, k)];
+      m = std::max(m, premark_life);
+      ctx.any_mark = true;
+    }
+  }
+}
+
+/// Does the pressure jump from this node to a neighbour that no wall hides? The stricter ratio of a
+/// fresh charge holds at the charge's own jump only, where the lower side is below p_max by the ratio
+/// that makes it fresh: a strong shock reflected elsewhere must not flip between the two schemes.
+bool Flow::Core::jumps(int i, int j, int k) const {
+  const Block& block = ctx.W;
+  const double gas_constant = options.gas.gas_constant;
+  const double* w = block.data + i + j * block.sj + k * block.sk;
+  const double p = w[0] * gas_constant * w[prim_T * block.sf];
+  const unsigned walls = wall_sides.empty() ? 0u : wall_sides[mark_index(i, j, k)];
+  const std::ptrdiff_t stride[3] = {1, block.sj, block.sk};
+  for (int a = 0; a < 3; ++a) {
+    if (!ctx.present[a]) continue;
+    for (int side = -1; side <= 1; side += 2) {
+      if ((walls >> (2 * a + (side > 0 ? 1 : 0)) & 1u) != 0) continue;
+      const double* at = w + side * stride[a];
+      const double other = at[0] * gas_constant * at[prim_T * block.sf];
+      const double low = std::min(p, other), high = std::max(p, other);
+      if (high > options.premark_ratio * low) return true;
+      if (high > options.premark_ratio_fresh * low && p_max > fresh_ratio * low) return true;
+    }
+  }
+  return false;
+}
+
 void Flow::Core::premark(StepReport&) {
   const double ratio = fresh_charge() ? options.premark_ratio_fresh : options.premark_ratio;
+  premark_impacts();
   long count = 0;
   if (p_max > ratio * p_min) {
 #pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : count)
     for (int k = 0; k < box.n[2]; ++k) count += kernels->premark_plane(box, k, ratio);
   }
   if (count > 0) {
+    const int row = ctx.tiles * tile_width;
     for (std::size_t i = 0; i < mark.size(); ++i) {
-      if (failed[i] != 0) mark[i] = std::max(mark[i], premark_life);
+      if (failed[i] == 0) continue;
+      failed[i] = 0;
+      const int at = static_cast<int>(i % static_cast<std::size_t>(row));
+      const int line = static_cast<int>(i / static_cast<std::size_t>(row));
+      if (jumps(at, line % ctx.n[1], line / ctx.n[1])) mark[i] = std::max(mark[i], premark_life);
     }
-    std::fill(failed.begin(), failed.end(), std::uint8_t{0});
     ctx.any_mark = true;
   }
   if (ctx.any_mark) set_line_marks();

@@ -25,8 +25,6 @@ constexpr int widen_after = 3;
 constexpr int lenient_after = 6;
 constexpr double strict_drop = 0.05;
 constexpr double lenient_drop = 1e-3;
-// A pressure ratio in the whole field above this is a fresh charge.
-constexpr double fresh_ratio = 100.0;
 // nu* <= cap h^2 / dt_convective; looser for fresh charges, where a tight one trades limited steps
 // for redone ones.
 constexpr double nu_cap = 0.3;

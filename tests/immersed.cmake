@@ -6,6 +6,8 @@ ocublast_test(NAME test_immersed_boundary LABEL unit SOURCES unit/immersed_bound
 ocublast_test(NAME test_immersed_speed LABEL verification SOURCES verification/immersed_speed.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
 if(TARGET ocublast_flow_step)
-  ocublast_test(NAME test_immersed_flow LABEL verification TIMEOUT 300
-    SOURCES verification/immersed_flow.cpp LIBRARIES ocublast_flow_step)
+  foreach(name shock motion)
+    ocublast_test(NAME test_immersed_${name} LABEL verification TIMEOUT 120
+      SOURCES verification/immersed_${name}.cpp LIBRARIES ocublast_flow_step)
+  endforeach()
 endif()
