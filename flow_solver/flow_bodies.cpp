@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "coupler/base/errors.hpp"
 #include "flow_solver/flow_core.hpp"
 
 namespace ocublast::flow {
@@ -183,6 +184,7 @@ void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
   c.prepared = false;
   c.set_masks_without_bodies();
   if (!c.bodies) return;
+  if (c.radial.power > 0) throw CaseError("flow.body: bodies need flow.grid.geometry = \"cartesian\"");
   c.take_topology(true);
   c.find_box();
 }

@@ -38,6 +38,9 @@ void Flow::Core::set_box(const std::array<int, 3>& new_lo, const std::array<int,
     box_table[a] = make_line_table(hi[a] - lo[a], end(2 * a, lo[a] > 0),
                                    end(2 * a + 1, hi[a] < grid.axis[a].n), scheme);
   }
+  if (radial.power > 0 && !box_table[0].flux.empty()) {
+    box_radial_table = make_radial_table(box_table[0], radial.power, lo[0] == 0 && grid.axis[0].min == 0.0);
+  }
   if (bodies) {
     for (int axis = 0; axis < 3; ++axis) {
       if (ctx.present[axis]) set_segments(axis);
@@ -76,6 +79,7 @@ void Flow::Core::refresh_box() {
     v.face_jacobian += lo[a];
     v.inverse_jacobian += lo[a];
     v.jacobian += lo[a];
+    v.filter_inverse_jacobian += lo[a];
     if (n == grid.axis[a].n) continue;
     const LineTable& t = box_table[a];
     v.n = n;
@@ -87,6 +91,14 @@ void Flow::Core::refresh_box() {
     if (lo[a] > 0) v.low = LaneEnd::domain_ghost;
     if (hi[a] < grid.axis[a].n) v.high = LaneEnd::domain_ghost;
     if (lo[a] > 0) box.from_mirror[a] = box.from_ghost[a];
+  }
+  if (radial.power > 0) {
+    for (const double** p : {&box.radial.node_weight, &box.radial.inverse_volume, &box.radial.face_area,
+                             &box.radial.power_over_r}) {
+      *p += lo[0];
+    }
+    if (lo[0] > 0) box.radial.from_axis = false;
+    if (box.n[0] != grid.axis[0].n) box.radial.flux = box_radial_table.flux.data() + table_offset * flux_row_size;
   }
   box.tiles = (box.n[0] + tile_width - 1) / tile_width;
   box.row_groups = (box.n[1] + tile_width - 1) / tile_width;

@@ -10,6 +10,8 @@
 #include "flow_solver/numerics/field_memory.hpp"
 #include "flow_solver/numerics/kernel.hpp"
 #include "flow_solver/numerics/line_table.hpp"
+#include "flow_solver/numerics/muscl.hpp"
+#include "flow_solver/numerics/radial.hpp"
 #include "flow_solver/step.hpp"
 
 namespace ocublast::flow {
@@ -39,6 +41,8 @@ struct Flow::Core {
   Boundaries boundaries;
   FlowOptions options;
   const Kernels* kernels = nullptr;
+  const MusclKernels* muscl = nullptr;    ///< of the second scheme; null: compact
+  const RadialKernels* radial_kernels = nullptr;
   Context ctx;  ///< the whole grid
   Context box;  ///< the part that is computed: ctx with shifted pointers
   std::array<int, 3> lo{}, hi{};  ///< nodes [lo, hi) of the box
@@ -54,6 +58,8 @@ struct Flow::Core {
   FieldMemory W, R, Q, A, G;
   std::array<LineTable, 3> table, table_from_ghost, table_from_mirror;
   std::array<LineMetric, 3> metric;
+  RadialMetric radial;
+  LineTable radial_table, box_radial_table;
   std::vector<std::vector<double>> scratch;  ///< per thread
 
   std::vector<std::uint8_t> fluid, mark, failed;
@@ -105,6 +111,18 @@ struct Flow::Core {
   [[nodiscard]] std::size_t count_marks() const;
 
   [[nodiscard]] bool run_stages(double t, double dt, bool repair, StepReport& report);
+  /// The same of the second scheme (flow_muscl.cpp).
+  [[nodiscard]] bool run_stages_muscl(double t, double dt, bool repair, StepReport& report);
+  void sweep_planes_muscl();
+  void sweep_one_plane_muscl();
+  [[nodiscard]] long update_rows_muscl();
+  void set_radial();
+  /// Rate [1/s] of convection in the cells at r = 0, whose one face is (m + 1)/2 times larger against
+  /// their volume than that of a slab.
+  [[nodiscard]] double convection_at_axis() const;
+  void sweep_x_lines(double* own, int k, int g0, int g1) const {
+    (radial.power > 0 ? radial_kernels->sweep_x : kernels->sweep_x)(box, own, k, g0, g1);
+  }
   [[nodiscard]] long run_stage();
   void sweep_planes();
   void sweep_one_plane();

@@ -18,36 +18,41 @@ struct KernelSet {
   std::string_view name;
   bool present;  ///< whether this processor has the instructions
   const Kernels* kernels;
+  const MusclKernels* muscl;
+  const RadialKernels* radial;
 };
 
 /// Compiled sets, best last.
 std::vector<KernelSet> kernel_sets() {
   std::vector<KernelSet> sets;
 #ifdef OCU_HAS_baseline
-  sets.push_back({"baseline", true, &isa_baseline::kernels()});
+  sets.push_back({"baseline", true, &isa_baseline::kernels(), &isa_baseline::muscl_kernels(),
+                  &isa_baseline::radial_kernels()});
 #endif
 #ifdef OCU_HAS_avx2
-  sets.push_back({"avx2", __builtin_cpu_supports("x86-64-v3") != 0, &isa_avx2::kernels()});
+  sets.push_back({"avx2", __builtin_cpu_supports("x86-64-v3") != 0, &isa_avx2::kernels(),
+                  &isa_avx2::muscl_kernels(), &isa_avx2::radial_kernels()});
 #endif
 #ifdef OCU_HAS_avx512
-  sets.push_back({"avx512", __builtin_cpu_supports("x86-64-v4") != 0, &isa_avx512::kernels()});
+  sets.push_back({"avx512", __builtin_cpu_supports("x86-64-v4") != 0, &isa_avx512::kernels(),
+                  &isa_avx512::muscl_kernels(), &isa_avx512::radial_kernels()});
 #endif
   return sets;
 }
 
-const Kernels& choose_kernels(const std::string& wanted) {
-  const Kernels* best = nullptr;
+KernelSet choose_kernels(const std::string& wanted) {
+  KernelSet best{};
   std::string offered;
   for (const KernelSet& set : kernel_sets()) {
     if (!set.present) continue;
     offered += fmt::format(" {}", set.name);
-    if (wanted.empty() || wanted == set.name) best = set.kernels;
+    if (wanted.empty() || wanted == set.name) best = set;
   }
-  if (best == nullptr) {
+  if (best.kernels == nullptr) {
     throw CaseError(fmt::format("instruction set \"{}\": offered here are{}; leave it out for the best one",
                                 wanted, offered));
   }
-  return *best;
+  return best;
 }
 
 LineEnd line_end(BoundaryKind kind) {
@@ -96,7 +101,18 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
     }
   }
   if (options.threads < 1) options.threads = 1;
-  kernels = &choose_kernels(options.instruction_set);
+  const KernelSet set = choose_kernels(options.instruction_set);
+  kernels = set.kernels;
+  radial_kernels = set.radial;
+  if (options.scheme == Scheme::muscl) {
+    muscl = set.muscl;
+    options.artificial_diffusivity = false;
+    options.filter = false;
+  }
+  if (options.viscosity != Viscosity::none && (muscl != nullptr || grid.geometry != Geometry::cartesian)) {
+    throw CaseError(fmt::format("flow.gas.viscosity: {} computes inviscid gas only; take viscosity = \"none\"",
+                                muscl != nullptr ? "the scheme muscl" : "a radial grid"));
+  }
   const bool viscous = options.viscosity != Viscosity::none;
   W = FieldMemory(grid, viscous ? n_stage_fields : n_stage_fields - 1, true);
   R = FieldMemory(grid, n_primitive, true);
@@ -132,8 +148,29 @@ void Flow::Core::set_tables() {
     const LineEnd mirror = low == LineEnd::mirrored_no_slip ? low : LineEnd::mirrored_slip;
     table_from_mirror[a] = make_line_table(n + 8, mirror, LineEnd::ghosted, scheme);
   }
+  set_radial();
   ctx.flux_end = make_flux_end_rows(scheme);
   ctx.filter_end = make_filter_end_rows(scheme);
+}
+
+void Flow::Core::set_radial() {
+  if (grid.geometry == Geometry::cartesian) return;
+  const Axis& r = grid.axis[0];
+  const bool one_dimensional = grid.geometry != Geometry::axisymmetric;
+  if (grid.axis[2].present || grid.axis[1].present == one_dimensional) {
+    throw CaseError("flow.grid.geometry: cylindrical and spherical need x (the radius) alone, axisymmetric "
+                    "needs x (the radius) and y (along the axis)");
+  }
+  if (r.min < 0.0 || (r.min == 0.0) != (boundaries[0].kind == BoundaryKind::symmetry && r.min < 1e-300)) {
+    throw CaseError(fmt::format("flow.grid.x: the radius starts at {} m; accepted are 0 with boundary "
+                                "x_min = \"symmetry\", or more than 0", r.min));
+  }
+  if (boundaries[0].kind == BoundaryKind::periodic) {
+    throw CaseError("flow.boundary.x_min: a radius cannot be periodic");
+  }
+  const auto mirrored = [&](std::size_t face) { return lane_end(boundaries[face].kind) != LaneEnd::domain_ghost; };
+  radial = make_radial_metric(grid, mirrored(0), mirrored(1));
+  radial_table = make_radial_table(table[0], radial.power, r.min == 0.0);
 }
 
 void Flow::Core::set_context() {
@@ -153,8 +190,20 @@ void Flow::Core::set_context() {
     view.face_jacobian = metric[a].face_jacobian.data() + table_offset;
     view.inverse_jacobian = metric[a].inverse_jacobian.data() + table_offset;
     view.jacobian = metric[a].jacobian.data() + table_offset;
+    view.filter_inverse_jacobian = view.inverse_jacobian;
     view.low = lane_end(boundaries[2 * a].kind);
     view.high = lane_end(boundaries[2 * a + 1].kind);
+  }
+  if (radial.power > 0) {
+    ctx.radial = {.power = radial.power,
+                  .from_axis = grid.axis[0].min == 0.0,
+                  .flux = radial_table.flux.data() + table_offset * flux_row_size,
+                  .node_weight = radial.node_weight.data() + table_offset,
+                  .inverse_volume = radial.inverse_volume.data() + table_offset,
+                  .face_area = radial.face_area.data() + table_offset,
+                  .power_over_r = radial.power_over_r.data() + table_offset};
+    ctx.line[0].face_jacobian = radial.filter_face.data() + table_offset;
+    ctx.line[0].filter_inverse_jacobian = ctx.radial.inverse_volume;
   }
   ctx.tiles = (ctx.n[0] + tile_width - 1) / tile_width;
   ctx.row_groups = (ctx.n[1] + tile_width - 1) / tile_width;
@@ -309,7 +358,7 @@ Totals Flow::totals() const {
       for (int i = 0; i < x.n[0]; ++i) {
         const std::size_t tile = static_cast<std::size_t>((k * x.n[1] + j) * x.tiles + i / tile_width);
         if (((c.fluid[tile] >> (i % tile_width)) & 1) == 0) continue;
-        const double h = c.grid.axis[0].h(i);
+        const double h = c.grid.axis[0].h(i) * c.grid.radial_weight(i);
         const double* q = x.Q.data + i + j * x.Q.sj + k * x.Q.sk;
         for (int f = 0; f < 5; ++f) row[static_cast<std::size_t>(f)] += h * q[f * x.Q.sf];
       }

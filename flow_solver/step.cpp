@@ -67,6 +67,7 @@ void Flow::Core::prepare() {
   for (int k = 0; k < n2; ++k) {
     kernels->theta_plane(box, k, maxima[static_cast<std::size_t>(k)]);
     correct_dilatation(k + lo[2]);
+    if (radial.power > 0) radial_kernels->add_dilatation(box, k);
   }
   convection = 0.0;
   p_max = 0.0;
@@ -76,6 +77,7 @@ void Flow::Core::prepare() {
     p_max = std::max(p_max, m.p_max);
     p_min = std::min(p_min, m.p_min);
   }
+  convection = std::max(convection, convection_at_axis());
   diffusion = 0.0;
   ctx.cap = (fresh_charge() ? nu_cap_fresh : nu_cap) * convection / options.cfl;
   box.cap = ctx.cap;
@@ -121,8 +123,9 @@ void Flow::Core::sweep_planes() {
       if (ctx.bulk) {
         kernels->bulk_plane(box, k);
         correct_bulk(k + lo[2]);
+        if (radial.power > 0) radial_kernels->add_bulk(box, k);
       }
-      kernels->sweep_x(box, own, k, 0, box.row_groups);
+      sweep_x_lines(own, k, 0, box.row_groups);
       const auto run = [&](int axis) {
         const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
         if (s.begin.empty()) return;
@@ -145,13 +148,14 @@ void Flow::Core::sweep_one_plane() {
   if (ctx.bulk) {
     kernels->bulk_plane(box, 0);
     correct_bulk(0);
+    if (radial.power > 0) radial_kernels->add_bulk(box, 0);
   }
   if (box.viscous) kernels->gradient_plane(box, 0);
 #pragma omp parallel num_threads(options.threads)
   {
     double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
 #pragma omp for schedule(static)
-    for (int g = 0; g < box.row_groups; ++g) kernels->sweep_x(box, own, 0, g, g + 1);
+    for (int g = 0; g < box.row_groups; ++g) sweep_x_lines(own, 0, g, g + 1);
     for (int axis = 0; axis < 2; ++axis) {
       const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
       if (axis == 1 && box.present[1]) {
@@ -242,6 +246,7 @@ long Flow::Core::run_stage() {
 }
 
 bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report) {
+  if (muscl != nullptr) return run_stages_muscl(t, dt, repair, report);
   ctx.dt = dt;
   for (int stage = 0; stage < 4; ++stage) {
     ctx.stage = stage;
@@ -273,7 +278,8 @@ StepReport Flow::advance(double t, double dt) {
   report.largest_pressure = c.p_max;
   report.smallest_pressure = c.p_min;
   c.age_marks();
-  c.premark(report);
+  if (c.muscl == nullptr) c.premark(report);  // limited slopes need no warning
+  else if (c.ctx.any_mark) c.set_line_marks();
   const bool floors = c.options.floor_density > 0.0 && c.options.floor_pressure > 0.0;
   c.ctx.drop_limit = strict_drop;
   c.ctx.filter_strength =

@@ -30,7 +30,9 @@ class BodiesInFlow {
 };
 
 enum class Viscosity { none, constant, sutherland };
-enum class Scheme { compact6, compact8 };
+/// Compact differences of sixth or eighth order, or MUSCL-HLLC in two stages (inviscid; no filter,
+/// no artificial diffusivity): the robust second-order yardstick.
+enum class Scheme { compact6, compact8, muscl };
 /// What switches the artificial bulk viscosity: dilatation in compression (default), or the strain
 /// rate of Kawai and Lele's form (seed eq. 10).
 enum class Sensor { theta_compression, strain };

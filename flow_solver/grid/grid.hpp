@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <numbers>
 #include <vector>
 
 namespace ocublast::flow {
@@ -25,9 +26,24 @@ struct Axis {
   [[nodiscard]] double h(int i) const { return jacobian[static_cast<std::size_t>(i + ghosts())]; }
 };
 
-/// Non-uniform Cartesian grid in one to three directions.
+/// What x means. Else than Cartesian it is the distance r from a point or an axis, and cells are
+/// whole shells or rings; axisymmetric grids have y along the axis.
+enum class Geometry { cartesian, cylindrical, spherical, axisymmetric };
+
+/// Non-uniform grid in one to three directions.
 struct Grid {
   std::array<Axis, 3> axis;
+  Geometry geometry = Geometry::cartesian;
+  /// Power m of r in the volume of a shell; 0: Cartesian.
+  [[nodiscard]] int radial_power() const {
+    return geometry == Geometry::cartesian ? 0 : (geometry == Geometry::spherical ? 2 : 1);
+  }
+  /// What multiplies the product of the jacobians in the volume of cells at index i: 4 pi r^2, 2 pi r, 1.
+  [[nodiscard]] double radial_weight(int i) const {
+    if (geometry == Geometry::cartesian) return 1.0;
+    const double r = axis[0].x(i), two_pi = 2.0 * std::numbers::pi;
+    return geometry == Geometry::spherical ? 2.0 * two_pi * r * r : two_pi * r;
+  }
   [[nodiscard]] std::size_t n_cells() const {
     return static_cast<std::size_t>(axis[0].n) * static_cast<std::size_t>(axis[1].n) *
            static_cast<std::size_t>(axis[2].n);

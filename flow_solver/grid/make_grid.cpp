@@ -172,12 +172,12 @@ Axis make_axis(const AxisSpec& spec) {
   return make_axis_from_nodes(min, max, nodes, spec.periodic);
 }
 
-Grid make_grid(const std::array<AxisSpec, 3>& specs) {
-  return {.axis = {make_axis(specs[0]), make_axis(specs[1]), make_axis(specs[2])}};
+Grid make_grid(const std::array<AxisSpec, 3>& specs, Geometry geometry) {
+  return {.axis = {make_axis(specs[0]), make_axis(specs[1]), make_axis(specs[2])}, .geometry = geometry};
 }
 
 double cell_volume(const Grid& grid, int i, int j, int k) {
-  return grid.axis[0].h(i) * grid.axis[1].h(j) * grid.axis[2].h(k);
+  return grid.radial_weight(i) * grid.axis[0].h(i) * grid.axis[1].h(j) * grid.axis[2].h(k);
 }
 
 }  // namespace ocublast::flow

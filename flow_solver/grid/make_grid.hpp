@@ -42,8 +42,9 @@ struct AxisSpec {
 /// A direction that does not exist: one cell of unit size.
 [[nodiscard]] Axis make_absent_axis();
 
-[[nodiscard]] Grid make_grid(const std::array<AxisSpec, 3>& specs);
-/// Volume (area, length) of cell (i, j, k): product of the jacobians of present directions.
+[[nodiscard]] Grid make_grid(const std::array<AxisSpec, 3>& specs, Geometry geometry = Geometry::cartesian);
+/// Volume (area, length) of cell (i, j, k): product of the jacobians of present directions; of the
+/// whole shell or ring on a radial grid.
 [[nodiscard]] double cell_volume(const Grid& grid, int i, int j, int k);
 
 }  // namespace ocublast::flow

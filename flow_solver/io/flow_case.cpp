@@ -69,6 +69,27 @@ void read_axis(Section& grid, std::string_view name, AxisSpec& spec) {
     axis.fault("zone_spacing_m", "the fine zone must lie inside [min_m, max_m] with a smaller cell");
 }
 
+void read_geometry(Section& grid, FlowCase& result) {
+  static constexpr std::pair<std::string_view, Geometry> words[] = {{"cartesian", Geometry::cartesian},
+                                                                    {"cylindrical", Geometry::cylindrical},
+                                                                    {"spherical", Geometry::spherical},
+                                                                    {"axisymmetric", Geometry::axisymmetric}};
+  grid.choice("geometry", result.geometry, words,
+              {.help = "cylindrical, spherical: x alone, the radius; axisymmetric: x the radius, y along the axis"});
+}
+
+void check_geometry(Section& grid, const FlowCase& result) {
+  if (result.geometry == Geometry::cartesian || grid.listing()) return;
+  const bool two = result.geometry == Geometry::axisymmetric;
+  if (result.axes[2].present || result.axes[1].present != two)
+    grid.fault("geometry", two ? "axisymmetric needs x (the radius) and y (along the axis), and no z"
+                               : "cylindrical and spherical need x (the radius) alone");
+  if (result.axes[0].present && (result.axes[0].min < 0.0 || result.axes[0].low.cells > 0))
+    grid.fault("geometry", "the radius x starts at 0 or above, without a layer below");
+  if (result.options.viscosity != Viscosity::none)
+    grid.fault("geometry", "only Cartesian grids carry viscous gas; take flow.gas.viscosity = \"none\"");
+}
+
 GasState read_state(Section state, const CaseCommon& common) {
   GasState gas{.pressure = common.ambient_pressure, .temperature = common.ambient_temperature,
                .velocity = {}};
@@ -109,6 +130,9 @@ void read_boundaries(Section& flow, FlowCase& result) {
       table.fault(faces[f], "a no_slip_wall needs flow.gas.viscosity; take slip_wall for an inviscid gas");
   }
   if (table.listing()) return;
+  if (result.geometry != Geometry::cartesian && result.axes[0].present &&
+      (result.axes[0].min == 0.0) != (result.boundaries[0].kind == BoundaryKind::symmetry && result.axes[0].min == 0.0))
+    table.fault("x_min", "x is a radius that starts at 0: x_min must be symmetry");
   for (std::size_t a = 0; a < 3; ++a) {
     const bool low = result.boundaries[2 * a].kind == BoundaryKind::periodic;
     const bool high = result.boundaries[2 * a + 1].kind == BoundaryKind::periodic;
@@ -190,6 +214,8 @@ void read_bodies(Section& flow, FlowCase& result) {
     }
     for (std::size_t a = 0; a < 3; ++a)
       if (result.axes[a].periodic) table.fault("name", "a body in a domain with a periodic direction");
+    if (result.geometry != Geometry::cartesian)
+      table.fault("name", "bodies need flow.grid.geometry = \"cartesian\"");
     result.bodies.push_back(std::move(body));
   });
   auto immersed = flow.table("immersed", "numerics of immersed walls");
@@ -205,6 +231,12 @@ void read_numerics(Section& flow, FlowCase& result) {
   auto& options = result.options;
   options.active_box = result.initial.kind == InitialKind::uniform;
   options.quiescent = to_state(result.initial.left, options.gas);
+  static constexpr std::pair<std::string_view, Scheme> schemes[] = {
+      {"compact6", Scheme::compact6}, {"compact8", Scheme::compact8}, {"muscl", Scheme::muscl}};
+  table.choice("scheme", options.scheme, schemes,
+               {.help = "compact6: 6th order; compact8: 8th order; muscl: robust second order, inviscid"});
+  if (options.scheme == Scheme::muscl && options.viscosity != Viscosity::none && !table.listing())
+    table.fault("scheme", "muscl computes inviscid gas only; take flow.gas.viscosity = \"none\" or a compact scheme");
   static constexpr std::pair<std::string_view, Sensor> sensors[] = {
       {"dilatation", Sensor::theta_compression}, {"strain", Sensor::strain}};
   table.real("cfl", options.cfl,
@@ -293,10 +325,12 @@ FlowCase read_flow_case(CaseReader& reader) {
   result.common = read_case_common(reader);
   auto flow = reader.section("flow", "the gas");
   read_gas(flow, result.options);
-  auto grid = flow.table("grid", "non-uniform Cartesian grid");
+  auto grid = flow.table("grid", "non-uniform grid");
+  read_geometry(grid, result);
   read_axis(grid, "x", result.axes[0]);
   read_axis(grid, "y", result.axes[1]);
   read_axis(grid, "z", result.axes[2]);
+  check_geometry(grid, result);
   if (!result.axes[0].present)
     grid.fault("x", "missing: a 1-D grid lies along x, a 2-D grid in x and y");
   read_boundaries(flow, result);

@@ -78,6 +78,7 @@ struct OutputCase {
 struct FlowCase {
   CaseCommon common;
   std::array<AxisSpec, 3> axes;
+  Geometry geometry = Geometry::cartesian;
   FlowOptions options;
   Boundaries boundaries;
   InitialCase initial;

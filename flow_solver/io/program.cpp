@@ -21,7 +21,7 @@ void list_keys() {
 
 /// Says in a few lines what would run.
 std::string describe(const FlowCase& flow_case) {
-  const Grid grid = make_grid(flow_case.axes);
+  const Grid grid = make_grid(flow_case.axes, flow_case.geometry);
   return fmt::format("flow: {} x {} x {} = {} nodes, {} bodies, {} bursts, {} probes, to t = {} s\n",
                      grid.axis[0].n, grid.axis[1].n, grid.axis[2].n, grid.n_cells(),
                      flow_case.bodies.size(), flow_case.bursts.size(), flow_case.probes.size(),

@@ -70,7 +70,7 @@ FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<sp
       out_(line.out),
       log_(std::move(log)),
       quiet_(line.quiet),
-      flow_(make_grid(case_.axes), case_.boundaries, case_.options),
+      flow_(make_grid(case_.axes, case_.geometry), case_.boundaries, case_.options),
       probes_(flow_.grid(), case_.options.gas, case_.probes, case_.common.ambient_pressure),
       fields_(flow_.grid(), case_.options.gas,
               {.directory = line.out, .ambient_pressure = case_.common.ambient_pressure}),

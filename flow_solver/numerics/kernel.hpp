@@ -38,7 +38,19 @@ struct LineView {
   const double* face_jacobian = nullptr;
   const double* inverse_jacobian = nullptr;
   const double* jacobian = nullptr;
+  const double* filter_inverse_jacobian = nullptr;  ///< that of the filter: 1/(r^m J) on a radial grid
   LaneEnd low = LaneEnd::domain_ghost, high = LaneEnd::domain_ghost;
+};
+
+/// Metric of a radial x direction (radial.hpp), pointers to node or face 0; power 0: Cartesian.
+struct RadialView {
+  int power = 0;
+  bool from_axis = false;  ///< whether the line starts at r = 0
+  const double* flux = nullptr;  ///< table of the solve of r^m f
+  const double* node_weight = nullptr;
+  const double* inverse_volume = nullptr;
+  const double* face_area = nullptr;
+  const double* power_over_r = nullptr;
 };
 
 /// Eight cut segments (fewer at the end of a list) of one direction that are solved together.
@@ -71,6 +83,7 @@ struct Context {
   double filter_strength = 1.0;  ///< part of the filter's correction that is applied
   Block W, R, Q, A, G;
   LineView line[3];
+  RadialView radial;
   /// Lines for cut segments: eliminated from a wall end or a domain ghost, and from a mirrored end,
   /// long enough for every segment.
   LineView from_ghost[3], from_mirror[3];

@@ -174,7 +174,7 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
   double* buf = face_zero(scratch);
   double* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
   constexpr Index step = 5 * tile_width;
-  const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength};
+  const UniformFilter coef{line.filter, line.face_jacobian, line.filter_inverse_jacobian, ctx.filter_strength};
   for (int g = g0; g < g1; ++g) {
     const int j0 = g * tile_width;
     const unsigned rows = existing(j0, ctx.n[1]);

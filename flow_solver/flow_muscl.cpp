@@ -1,0 +1,97 @@
+// One step of the second scheme: two stages of MUSCL-HLLC sweeps. Ghosts, bodies, marks and
+// redone steps are those of the compact schemes.
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "flow_solver/flow_core.hpp"
+
+namespace ocublast::flow {
+
+void Flow::Core::sweep_planes_muscl() {
+#pragma omp parallel num_threads(options.threads)
+  {
+    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+#pragma omp for schedule(static)
+    for (int k = 0; k < box.n[2]; ++k) {
+      muscl->sweep_plane(box, own, k);
+      for (int axis = 0; axis < 2; ++axis) {
+        const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
+        if (s.begin.empty()) continue;
+        const auto c = static_cast<std::size_t>(k);
+        for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) muscl->sweep_segments(box, own, axis, s.batch[b]);
+      }
+    }
+  }
+}
+
+/// The same where there is only one plane: threads share its lines.
+void Flow::Core::sweep_one_plane_muscl() {
+#pragma omp parallel num_threads(options.threads)
+  {
+    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+#pragma omp for schedule(static)
+    for (int g = 0; g < box.row_groups; ++g) muscl->sweep_x(box, own, 0, g, g + 1);
+    for (int axis = 0; axis < 2; ++axis) {
+      if (axis == 1 && box.present[1]) {
+#pragma omp for schedule(static)
+        for (int t = 0; t < box.tiles; ++t) muscl->sweep_y(box, own, 0, t, t + 1);
+      }
+      const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
+#pragma omp for schedule(static)
+      for (std::size_t b = 0; b < batch.size(); ++b) muscl->sweep_segments(box, own, axis, batch[b]);
+    }
+  }
+}
+
+long Flow::Core::update_rows_muscl() {
+  long failures = 0;
+  const SegmentBatches& s = segments[2];
+#pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : failures)
+  for (int j = 0; j < box.n[1]; ++j) {
+    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    if (!s.begin.empty()) {
+      const auto c = static_cast<std::size_t>(j);
+      for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) muscl->sweep_segments(box, own, 2, s.batch[b]);
+    }
+    failures += muscl->update_row(box, own, j);
+  }
+  return failures;
+}
+
+bool Flow::Core::run_stages_muscl(double t, double dt, bool repair, StepReport& report) {
+  ctx.dt = dt;
+  for (int stage = 0; stage < 2; ++stage) {
+    ctx.stage = stage;
+    fill_ghosts();
+    if (bodies) {  // only band nodes change, and no stencil reads the domain ghosts beside those
+      bodies->move_to(t + stage * (ctx.any_mark ? dt : 0.5 * dt));
+      bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
+    }
+    refresh_box();
+    if (box.n[2] > 1) sweep_planes_muscl();
+    else sweep_one_plane_muscl();
+    if (update_rows_muscl() == 0) continue;
+    if (!repair) return false;
+    report.floored_nodes += repair_failures(true);
+  }
+  return true;
+}
+
+double Flow::Core::convection_at_axis() const {
+  if (radial.power == 0 || grid.axis[0].min > 0.0 || lo[0] > 0) return 0.0;
+  double worst = 0.0;
+  const Block& w = ctx.W;
+  for (int j = lo[1]; j < hi[1]; ++j) {
+    const double* at = w.data + j * w.sj;
+    const double c = sound_speed(options.gas, at[4 * w.sf]);
+    double rate = 0.5 * (radial.power + 1) * (std::abs(at[w.sf]) + c) / grid.axis[0].h(0);
+    if (grid.axis[1].present) rate += (std::abs(at[2 * w.sf]) + c) / grid.axis[1].h(j);
+    worst = std::max(worst, rate);
+  }
+  return worst;
+}
+
+}  // namespace ocublast::flow

@@ -1,0 +1,6 @@
+# Tests of the second scheme, of radial grids and of charges; see ocublast_test in CMakeLists.txt.
+foreach(name muscl_schemes radial_grids)
+  ocublast_test(NAME test_${name} LABEL verification SOURCES verification/${name}.cpp
+                LIBRARIES ocublast_flow_step TIMEOUT 120)
+  target_include_directories(test_${name} PRIVATE ${CMAKE_SOURCE_DIR})
+endforeach()
