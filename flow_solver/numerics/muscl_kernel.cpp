@@ -56,8 +56,19 @@ void row_fluxes(const Context& ctx, int j, int k, double* row, Index width, bool
   }
 }
 
-/// Radial lines (x is the radius): area-weighted fluxes over r^m J, the pressure as a plain gradient.
-void radial_divergence(const Context& ctx, const double* row, Index width, double* r) {
+/// `cone` less the node's pressure times `opening` where the node is marked, else `plain`.
+Vec cone_momentum(const Context& ctx, int i0, int j, int k, Vec plain, Vec cone, Vec opening) {
+  const std::uint8_t* mark = ctx.mark + mark_at(ctx, i0, j, k);
+  unsigned bits = 0;
+  for (int l = 0; l < tile_width; ++l) bits |= mark[l] != 0 ? 1u << l : 0u;
+  const double* w = ctx.W.data + i0 + j * ctx.W.sj + k * ctx.W.sk;
+  const Vec p = load(w) * splat(ctx.gas_constant) * load(w + 4 * ctx.W.sf);
+  return select(bits, cone - p * opening, plain);
+}
+
+/// Radial lines (x is the radius): area-weighted fluxes over r^m J, the pressure as a plain gradient; at
+/// marked nodes as in a cone whose side walls carry the node's pressure, which is positive.
+void radial_divergence(const Context& ctx, const double* row, Index width, int j, int k, bool marked, double* r) {
   const RadialView& radial = ctx.radial;
   for (int t = 0; t < ctx.tiles; ++t) {
     const int i = t * tile_width;
@@ -71,7 +82,12 @@ void radial_divergence(const Context& ctx, const double* row, Index width, doubl
         right = right - p_r;
       }
       Vec div = (right * area_r - left * area_l) * inverse_volume;
-      if (q == 1) div = div + (p_r - p_l) * inverse_h;
+      if (q == 1) {
+        const Vec plain = div + (p_r - p_l) * inverse_h;
+        div = marked ? cone_momentum(ctx, i, j, k, plain, div + (p_r * area_r - p_l * area_l) * inverse_volume,
+                                     (area_r - area_l) * inverse_volume)
+                     : plain;
+      }
       store(r + q * ctx.R.sf + i, div);
     }
   }
@@ -91,7 +107,7 @@ void sweep_x_row(const Context& ctx, double* scratch, int j, int k) {
   const Index width = static_cast<Index>(ctx.tiles + 2) * tile_width;
   row_fluxes(ctx, j, k, scratch, width, marked);
   if (ctx.radial.power > 0) {
-    radial_divergence(ctx, scratch, width, r);
+    radial_divergence(ctx, scratch, width, j, k, marked, r);
     return;
   }
   for (int t = 0; t < ctx.tiles; ++t) {

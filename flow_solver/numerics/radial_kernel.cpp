@@ -127,6 +127,26 @@ OCU_INLINE void divergence(const Context& ctx, double* buf, int i, Vec div[5]) {
   div[1] = div[1] + change(face_pressure) * splat(ctx.line[0].inverse_jacobian[i]);
 }
 
+/// Radial momentum of marked nodes as in a cone whose side walls carry the node's own pressure: with
+/// first-order fluxes at both ends that update is positive, also in the cell at r = 0.
+void cone_momentum(const Context& ctx, const Lanes& lanes, const double* buf, int i, Vec& div) {
+  double value[tile_width];
+  store(value, div);
+  const double a_l = ctx.radial.face_area[i], a_r = ctx.radial.face_area[i + 1];
+  for (int l = 0; l < tile_width; ++l) {
+    if (((lanes.active >> l) & 1u) == 0 || lanes.mark[l][i * lanes.ml] == 0) continue;
+    double q[5];
+    for (int f = 0; f < 5; ++f) q[f] = lanes.q[l][f * lanes.qf + i * lanes.ql];
+    const double p = point_from_conserved(ctx, q).p;
+    const double* low = buf + static_cast<Index>(i) * face_record * tile_width + l;
+    const double* high = low + face_record * tile_width;
+    value[l] = (high[tile_width] - low[tile_width] + a_r * (high[face_pressure * tile_width] - p) -
+                a_l * (low[face_pressure * tile_width] - p)) *
+               ctx.radial.inverse_volume[i];
+  }
+  div = load(value);
+}
+
 void sweep_group(const Context& ctx, double* scratch, int k, int group) {
   const SegmentScratch mem(ctx, scratch);
   const int n = ctx.n[0], j0 = group * tile_width;
@@ -146,12 +166,15 @@ void sweep_group(const Context& ctx, double* scratch, int k, int group) {
   heat_fluxes(ctx, mem.nodes, mem.buf);
   const unsigned marked =
       ctx.any_mark ? ctx.line_marked[0][static_cast<Index>(k) * ctx.mask_groups + group] & rows : 0u;
-  if (marked != 0) replace_marked_radial(ctx, whole_lanes<0>(ctx, 0, j0, k, marked), mem.buf);
+  const Lanes lanes = whole_lanes<0>(ctx, 0, j0, k, marked);
+  if (marked != 0) replace_marked_radial(ctx, lanes, mem.buf);
   for (int i0 = 0; i0 < n; i0 += tile_width) {
     Vec div[tile_width][5];
     for (int a = 0; a < tile_width; ++a) {
-      if (i0 + a < n) divergence(ctx, mem.buf, i0 + a, div[a]);
-      else for (Vec& v : div[a]) v = splat(0.0);
+      for (Vec& v : div[a]) v = splat(0.0);
+      if (i0 + a >= n) continue;
+      divergence(ctx, mem.buf, i0 + a, div[a]);
+      if (marked != 0) cone_momentum(ctx, lanes, mem.buf, i0 + a, div[a][1]);
     }
     for (int f = 0; f < 5; ++f) {
       Vec r[tile_width];
