@@ -11,7 +11,7 @@ namespace ocublast::flow {
 namespace {
 
 bool is_mirrored(BoundaryKind kind) {
-  return kind == BoundaryKind::symmetry || kind == BoundaryKind::no_slip_wall;
+  return kind == BoundaryKind::symmetry || kind == BoundaryKind::wall;
 }
 
 }  // namespace
@@ -185,6 +185,13 @@ void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
   c.set_masks_without_bodies();
   if (!c.bodies) return;
   if (c.radial.power > 0) throw CaseError("flow.body: bodies need flow.grid.geometry = \"cartesian\"");
+  if (c.ctx.nodal_stress) {
+    // Cut lines form their stress from velocity gradients.
+    c.G = FieldMemory(c.grid, n_stresses + n_gradients, true);
+    const std::span<double> all = c.G.all();
+    std::fill(all.begin(), all.end(), 0.0);
+    c.ctx.G = c.G.block();
+  }
   c.take_topology(true);
   c.find_box();
 }

@@ -28,10 +28,12 @@ void Flow::Core::set_box(const std::array<int, 3>& new_lo, const std::array<int,
       if (inner) return LineEnd::ghosted;
       switch (boundaries[face].kind) {
         case BoundaryKind::symmetry: return LineEnd::mirrored_slip;
-        case BoundaryKind::no_slip_wall: return LineEnd::mirrored_no_slip;
+        case BoundaryKind::wall: return LineEnd::held_wall;
         case BoundaryKind::periodic:
         case BoundaryKind::outflow:
-        case BoundaryKind::fixed_state: break;
+        case BoundaryKind::fixed_state:
+        case BoundaryKind::subsonic_inflow:
+        case BoundaryKind::reservoir: break;
       }
       return LineEnd::ghosted;
     };

@@ -91,7 +91,10 @@ struct Flow::Core {
 
   void store_state(int i, int j, int k, const State& s);
   void fill_padding();
+  /// Domain ghosts of the primitives at the time `now`.
   void fill_ghosts();
+  double now = 0.0;  ///< s, of the state in W
+  void set_time(double t);
   void fill_scalar(const Block& block, int field);
   /// Ghosts, artificial diffusivity and step limits of the current state.
   void prepare();

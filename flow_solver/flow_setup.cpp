@@ -58,18 +58,37 @@ KernelSet choose_kernels(const std::string& wanted) {
 LineEnd line_end(BoundaryKind kind) {
   switch (kind) {
     case BoundaryKind::symmetry: return LineEnd::mirrored_slip;
-    case BoundaryKind::no_slip_wall: return LineEnd::mirrored_no_slip;
+    case BoundaryKind::wall: return LineEnd::held_wall;
     case BoundaryKind::periodic: return LineEnd::periodic;
     case BoundaryKind::outflow:
-    case BoundaryKind::fixed_state: break;
+    case BoundaryKind::fixed_state:
+    case BoundaryKind::subsonic_inflow:
+    case BoundaryKind::reservoir: break;
   }
   return LineEnd::ghosted;
 }
 
-LaneEnd lane_end(BoundaryKind kind) {
-  if (kind == BoundaryKind::symmetry) return LaneEnd::mirrored_slip;
-  if (kind == BoundaryKind::no_slip_wall) return LaneEnd::mirrored_no_slip;
+LaneEnd lane_end(const Boundary& b) {
+  if (b.kind == BoundaryKind::symmetry) return LaneEnd::mirrored_slip;
+  if (b.kind == BoundaryKind::wall) return b.wall.slip ? LaneEnd::held_slip_wall : LaneEnd::held_wall;
   return LaneEnd::domain_ghost;
+}
+
+/// Metric at a wall: slope per index, inwards, of the position, by the one-sided formula that the
+/// kernels use for the values there.
+double wall_inverse_spacing(const Axis& axis, bool low) {
+  const auto x = [&](int m) { return axis.x(low ? m : axis.n - 1 - m); };
+  return 1.0 / (wall_slope[0] * (low ? axis.min : axis.max) + wall_slope[1] * x(0) + wall_slope[2] * x(1) +
+                wall_slope[3] * x(2));
+}
+
+WallEnd wall_end(const Boundary& b, const Axis& axis, bool low) {
+  WallEnd end;
+  if (b.kind != BoundaryKind::wall) return end;
+  std::copy(b.wall.velocity.begin(), b.wall.velocity.end(), end.velocity);
+  end.temperature = b.wall.temperature;
+  end.inverse_spacing = wall_inverse_spacing(axis, low);
+  return end;
 }
 
 void set_view(LineView& view, const LineTable& t) {
@@ -113,12 +132,17 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
     throw CaseError(fmt::format("flow.gas.viscosity: {} computes inviscid gas only; take viscosity = \"none\"",
                                 muscl != nullptr ? "the scheme muscl" : "a radial grid"));
   }
-  const bool viscous = options.viscosity != Viscosity::none;
-  W = FieldMemory(grid, viscous ? n_stage_fields : n_stage_fields - 1, true);
+  const bool nodal_stress = options.viscosity != Viscosity::none ||
+                            (options.artificial_diffusivity && options.diffusivity_form == DiffusivityForm::paper);
+  if (nodal_stress && grid.geometry != Geometry::cartesian) {
+    throw CaseError("flow.numerics.diffusivity_form: paper needs flow.grid.geometry = \"cartesian\"");
+  }
+  ctx.nodal_stress = nodal_stress;
+  W = FieldMemory(grid, nodal_stress ? n_stage_fields : n_stage_fields - 1, true);
   R = FieldMemory(grid, n_primitive, true);
   Q = FieldMemory(grid, n_primitive, false);
   A = FieldMemory(grid, n_primitive, false);
-  if (viscous) G = FieldMemory(grid, 9, true);
+  if (nodal_stress) G = FieldMemory(grid, n_stresses, true);
   set_tables();
   set_context();
   set_masks_without_bodies();
@@ -145,7 +169,7 @@ void Flow::Core::set_tables() {
     const int n = grid.axis[a].n;
     table[a] = make_line_table(n, low, high, scheme);
     table_from_ghost[a] = make_line_table(n + 8, LineEnd::ghosted, LineEnd::ghosted, scheme);
-    const LineEnd mirror = low == LineEnd::mirrored_no_slip ? low : LineEnd::mirrored_slip;
+    const LineEnd mirror = low == LineEnd::held_wall ? low : LineEnd::mirrored_slip;
     table_from_mirror[a] = make_line_table(n + 8, mirror, LineEnd::ghosted, scheme);
   }
   set_radial();
@@ -191,8 +215,10 @@ void Flow::Core::set_context() {
     view.inverse_jacobian = metric[a].inverse_jacobian.data() + table_offset;
     view.jacobian = metric[a].jacobian.data() + table_offset;
     view.filter_inverse_jacobian = view.inverse_jacobian;
-    view.low = lane_end(boundaries[2 * a].kind);
-    view.high = lane_end(boundaries[2 * a + 1].kind);
+    view.low = lane_end(boundaries[2 * a]);
+    view.high = lane_end(boundaries[2 * a + 1]);
+    view.wall_low = wall_end(boundaries[2 * a], grid.axis[a], true);
+    view.wall_high = wall_end(boundaries[2 * a + 1], grid.axis[a], false);
   }
   if (radial.power > 0) {
     ctx.radial = {.power = radial.power,
@@ -212,12 +238,13 @@ void Flow::Core::set_context() {
   ctx.mask_groups = ctx.row_groups;
   ctx.gamma = options.gas.heat_capacity_ratio;
   ctx.gas_constant = options.gas.gas_constant;
-  ctx.viscous = options.viscosity != Viscosity::none;
   ctx.sutherland = options.viscosity == Viscosity::sutherland;
-  ctx.mu0 = options.dynamic_viscosity;
+  const bool viscous = options.viscosity != Viscosity::none;
+  ctx.mu0 = viscous ? options.dynamic_viscosity : 0.0;
   ctx.sutherland_T0 = options.sutherland_reference;
   ctx.sutherland_S = options.sutherland_temperature;
-  ctx.prandtl = options.prandtl;
+  ctx.heat_per_viscosity =
+      ctx.gamma * ctx.gas_constant / ((ctx.gamma - 1.0) * options.prandtl);
   ctx.bulk = options.artificial_diffusivity;
   ctx.eighth_order = options.scheme == Scheme::compact8;
   ctx.filter = options.filter;
@@ -226,9 +253,10 @@ void Flow::Core::set_context() {
     ctx.C_kappa = options.C_kappa;
     ctx.C_mu = options.C_mu;
   }
+  ctx.paper = options.artificial_diffusivity && options.diffusivity_form == DiffusivityForm::paper;
   ctx.strain_sensor = options.sensor == Sensor::strain;
   ctx.need_strain = options.artificial_diffusivity &&
-                    (ctx.strain_sensor || (ctx.viscous && options.C_mu > 0.0));
+                    (ctx.strain_sensor || (ctx.nodal_stress && options.C_mu > 0.0));
   ctx.floor_rho = options.floor_density;
   ctx.floor_p = options.floor_pressure;
 }

@@ -37,6 +37,12 @@ enum class Scheme { compact6, compact8, muscl };
 /// rate of Kawai and Lele's form (seed eq. 10).
 enum class Sensor { theta_compression, strain };
 
+/// How the artificial diffusivities act. Recommended: the bulk term as a nodal pressure on the
+/// second-order dilatation, the conductivity across faces (both see the shortest waves), mu* with
+/// physical viscosity only and free of trace. Paper: all of them in the nodal stress and heat flux,
+/// differentiated at sixth order (seed eqs. 8 and 9 to the letter).
+enum class DiffusivityForm { recommended, paper };
+
 struct FlowOptions {
   Gas gas;
   Viscosity viscosity = Viscosity::none;
@@ -52,9 +58,10 @@ struct FlowOptions {
   bool filter_per_time = false;
   double filter_alpha = 0.47;
   bool artificial_diffusivity = true;
+  DiffusivityForm diffusivity_form = DiffusivityForm::recommended;
   Sensor sensor = Sensor::theta_compression;
   double C_beta = 1.0;
-  double C_mu = 0.002;                         ///< acts with viscosity other than none
+  double C_mu = 0.002;                         ///< acts with viscosity, or in the paper's form
   double C_kappa = 0.01;
   double premark_ratio = 10.0;                 ///< pressure ratio of neighbours that marks both
   double premark_ratio_fresh = 4.0;            ///< the same while the field's ratio is above 100
@@ -129,6 +136,8 @@ class Flow {
   void immerse(ImmersedBoundary* bodies);
   void immerse(std::unique_ptr<BodiesInFlow> bodies);
 
+  /// Time [s] of the current state, for boundaries that depend on it; `advance` moves it on.
+  void set_time(double t);
   /// Largest step [s] by convection and diffusion at the current state.
   [[nodiscard]] double stable_step();
   /// One step from t to t + dt. Throws NumericsError (cell, position, time, state) for a state that

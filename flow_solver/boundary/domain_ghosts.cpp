@@ -1,127 +1,188 @@
 #include "flow_solver/boundary/domain_ghosts.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "flow_solver/boundary/open_ends.hpp"
 #include "flow_solver/grid/fields.hpp"
 
 namespace ocublast::flow {
 namespace {
 
-NodeState far_state(const Gas& gas, const State& s) {
-  return {.rho = s.rho, .u = {s.u, s.v, s.w}, .T = s.p / (s.rho * gas.gas_constant)};
-}
+// Quadratic through the wall's value and the first two nodes, at ghost layers 0 to 3 (half an index
+// beyond the wall, one more each): weights of the wall and of the two nodes.
+constexpr double wall_quadratic[n_ghost][3] = {
+    {8.0 / 3.0, -2.0, 1.0 / 3.0}, {8.0, -9.0, 2.0}, {16.0, -20.0, 5.0}, {80.0 / 3.0, -35.0, 28.0 / 3.0}};
+// The quadratic may differ from the odd continuation about the wall's value by this share of the
+// mirrored node's own difference: all of it in a resolved layer, a bound where a shock meets the wall.
+constexpr double most_bending = 1.0;
+// Ghost temperatures stay above this share of the wall's and of the mirrored node's.
+constexpr double least_temperature = 0.25;
 
 /// Node that a ghost layer copies: mirrored, periodic, or the last one.
 int source_of(BoundaryKind kind, bool low, int layer, int n) {
   switch (kind) {
     case BoundaryKind::symmetry:
-    case BoundaryKind::no_slip_wall: return low ? layer : n - 1 - layer;
+    case BoundaryKind::wall: return low ? layer : n - 1 - layer;
     case BoundaryKind::periodic: return low ? n - 1 - layer : layer;
     case BoundaryKind::outflow:
-    case BoundaryKind::fixed_state: break;
+    case BoundaryKind::fixed_state:
+    case BoundaryKind::subsonic_inflow:
+    case BoundaryKind::reservoir: break;
   }
   return low ? 0 : n - 1;
 }
 
-double sign_of(BoundaryKind kind, int field, int axis) {
-  if (field < prim_u || field > prim_w) return 1.0;
-  if (kind == BoundaryKind::no_slip_wall) return -1.0;
-  return kind == BoundaryKind::symmetry && field == prim_u + axis ? -1.0 : 1.0;
+bool is_open(BoundaryKind kind) {
+  switch (kind) {
+    case BoundaryKind::outflow:
+    case BoundaryKind::fixed_state:
+    case BoundaryKind::subsonic_inflow:
+    case BoundaryKind::reservoir: return true;
+    case BoundaryKind::symmetry:
+    case BoundaryKind::wall:
+    case BoundaryKind::periodic: break;
+  }
+  return false;
 }
 
-/// One end of one line (stride along the axis), for `count` neighbouring lines (unit stride).
+/// One end of one line (along the axis), for `count` neighbouring lines along x.
 struct EndOfLines {
+  const Grid* grid;
   const Boundary* boundary;
   const Gas* gas;
-  NodeState far;
+  double t;
   int axis;
   bool low;
-  int n;
+  int node[3];  ///< indices of node 0 of the first line
 };
+
+/// Place of ghost `layer` of line i.
+State incoming_at(const EndOfLines& end, int i, int layer) {
+  double x[3];
+  for (std::size_t a = 0; a < 3; ++a) {
+    int at = end.node[a] + (a == 0 ? i : 0);
+    if (static_cast<int>(a) == end.axis) at = end.low ? -1 - layer : end.grid->axis[a].n + layer;
+    x[a] = end.grid->axis[a].x(at);
+  }
+  return end.boundary->incoming->at(end.t, x[0], x[1], x[2]);
+}
+
+NodeState open_state(const EndOfLines& end, const NodeState& node, const NodeState& far) {
+  const double sign = end.low ? -1.0 : 1.0;
+  switch (end.boundary->kind) {
+    case BoundaryKind::outflow: return characteristic_state(*end.gas, node, far, end.axis, sign);
+    case BoundaryKind::subsonic_inflow: return inflow_state(*end.gas, node, far, end.axis, sign);
+    case BoundaryKind::reservoir: return reservoir_state(*end.gas, node, far, end.axis, sign);
+    default: return far;
+  }
+}
+
+void fill_open_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
+  const int n = end.grid->axis[static_cast<std::size_t>(end.axis)].n;
+  const std::ptrdiff_t last = (end.low ? 0 : n - 1) * stride;
+  const NodeState constant = node_state(*end.gas, end.boundary->state);
+  const bool varies = end.boundary->incoming != nullptr;
+  for (int i = 0; i < count; ++i) {
+    const double* at = node0 + last + i;
+    const NodeState node{at[0], {at[sf], at[2 * sf], at[3 * sf]}, at[4 * sf]};
+    NodeState s = varies ? node : open_state(end, node, constant);
+    for (int layer = 0; layer < n_ghost; ++layer) {
+      if (varies) s = open_state(end, node, node_state(*end.gas, incoming_at(end, i, layer)));
+      const double value[5] = {s.rho, s.u[0], s.u[1], s.u[2], s.T};
+      double* ghost = node0 + (end.low ? -1 - layer : n + layer) * stride + i;
+      for (int f = 0; f < n_primitive; ++f) ghost[f * sf] = value[f];
+    }
+  }
+}
+
+/// Ghost value of a quantity that has the value `wall` at the wall: quadratic, limited.
+double beyond_wall(double wall, double first, double second, double mirrored, int layer) {
+  const double* q = wall_quadratic[layer];
+  const double odd = 2.0 * wall - mirrored;
+  const double bend = q[0] * wall + q[1] * first + q[2] * second - odd;
+  const double most = most_bending * std::abs(mirrored - wall);
+  return odd + std::clamp(bend, -most, most);
+}
+
+/// No-slip or isothermal wall: pressure even, temperature and tangential velocity through their wall
+/// values, mass flux odd to round-off.
+void fill_wall_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
+  const int n = end.grid->axis[static_cast<std::size_t>(end.axis)].n;
+  const Wall& wall = end.boundary->wall;
+  const std::ptrdiff_t inwards = end.low ? stride : -stride;
+  for (int i = 0; i < count; ++i) {
+    double* first = node0 + (end.low ? 0 : n - 1) * stride + i;
+    for (int layer = 0; layer < n_ghost; ++layer) {
+      const double* from = first + layer * inwards;
+      double* to = first - (1 + layer) * inwards;
+      const double T = from[4 * sf];
+      double ghost_T = T;
+      if (wall.temperature > 0.0) {
+        ghost_T = std::max(beyond_wall(wall.temperature, first[4 * sf], first[4 * sf + inwards], T, layer),
+                           least_temperature * std::min(T, wall.temperature));
+      }
+      const double rho = from[0] * T / ghost_T;
+      to[0] = rho;
+      to[4 * sf] = ghost_T;
+      for (int a = 0; a < 3; ++a) {
+        const std::ptrdiff_t f = (prim_u + a) * sf;
+        if (a == end.axis) to[f] = -from[f] * (from[0] / rho);
+        else if (wall.slip) to[f] = from[f];
+        else to[f] = beyond_wall(wall.velocity[static_cast<std::size_t>(a)], first[f], first[f + inwards], from[f], layer);
+      }
+    }
+  }
+}
 
 void fill_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
   const BoundaryKind kind = end.boundary->kind;
-  const auto ghost = [&](int layer) { return (end.low ? -1 - layer : end.n + layer) * stride; };
-  if (kind == BoundaryKind::outflow || kind == BoundaryKind::fixed_state) {
-    const std::ptrdiff_t last = (end.low ? 0 : end.n - 1) * stride;
-    for (int i = 0; i < count; ++i) {
-      NodeState s = end.far;
-      if (kind == BoundaryKind::outflow) {
-        const double* at = node0 + last + i;
-        s = characteristic_state(*end.gas, {at[0], {at[sf], at[2 * sf], at[3 * sf]}, at[4 * sf]}, end.far,
-                                 end.axis, end.low ? -1.0 : 1.0);
-      }
-      const double value[5] = {s.rho, s.u[0], s.u[1], s.u[2], s.T};
-      for (int layer = 0; layer < n_ghost; ++layer) {
-        for (int f = 0; f < n_primitive; ++f) node0[f * sf + ghost(layer) + i] = value[f];
-      }
-    }
-    return;
-  }
+  if (is_open(kind)) return fill_open_end(end, node0, sf, stride, count);
+  if (kind == BoundaryKind::wall) return fill_wall_end(end, node0, sf, stride, count);
+  const int n = end.grid->axis[static_cast<std::size_t>(end.axis)].n;
   for (int f = 0; f < n_primitive; ++f) {
-    const double sign = sign_of(kind, f, end.axis);
+    const double sign = kind == BoundaryKind::symmetry && f == prim_u + end.axis ? -1.0 : 1.0;
     for (int layer = 0; layer < n_ghost; ++layer) {
-      const double* from = node0 + f * sf + source_of(kind, end.low, layer, end.n) * stride;
-      double* to = node0 + f * sf + ghost(layer);
+      const double* from = node0 + f * sf + source_of(kind, end.low, layer, n) * stride;
+      double* to = node0 + f * sf + (end.low ? -1 - layer : n + layer) * stride;
       for (int i = 0; i < count; ++i) to[i] = sign * from[i];
     }
   }
 }
 
-/// Calls fill(axis, node 0 of the first line, stride, number of neighbouring lines) for all lines
-/// beside the box: x-lines, then rows with their x ghosts, then planes with both.
+/// Calls fill(axis, node 0 of the first line, its indices, stride, number of neighbouring lines) for
+/// all lines beside the box: x-lines, then rows with their x ghosts, then planes with both.
 template <class Fill>
 void fill_all_ends(const Grid& grid, const NodeBox& box, double* data, const Block& b, int threads,
                    const Fill& fill) {
   const int first = box.lo[0] - n_ghost;
   const int width = box.hi[0] - box.lo[0] + 2 * n_ghost;
+  struct Node {
+    int i, j, k;
+  };
 #pragma omp parallel for schedule(static) num_threads(threads)
   for (int k = box.lo[2]; k < box.hi[2]; ++k) {
-    for (int j = box.lo[1]; j < box.hi[1]; ++j) fill(0, data + j * b.sj + k * b.sk, 1, 1);
-    if (grid.axis[1].present) fill(1, data + first + k * b.sk, b.sj, width);
+    for (int j = box.lo[1]; j < box.hi[1]; ++j) fill(0, data + j * b.sj + k * b.sk, Node{0, j, k}, 1, 1);
+    if (grid.axis[1].present) fill(1, data + first + k * b.sk, Node{first, 0, k}, b.sj, width);
   }
   if (!grid.axis[2].present) return;
   const int g1 = grid.axis[1].ghosts();
 #pragma omp parallel for schedule(static) num_threads(threads)
-  for (int j = box.lo[1] - g1; j < box.hi[1] + g1; ++j) fill(2, data + first + j * b.sj, b.sk, width);
+  for (int j = box.lo[1] - g1; j < box.hi[1] + g1; ++j) {
+    fill(2, data + first + j * b.sj, Node{first, j, 0}, b.sk, width);
+  }
 }
 
 }  // namespace
 
-NodeState characteristic_state(const Gas& gas, const NodeState& s, const NodeState& far, int axis,
-                               double sign) {
-  if (s.T == far.T && s.rho == far.rho && s.u[0] == far.u[0] && s.u[1] == far.u[1] &&
-      s.u[2] == far.u[2])
-    return far;  // undisturbed
-  const double gamma = gas.heat_capacity_ratio;
-  const double c = sound_speed(gas, s.T), c_far = sound_speed(gas, far.T);
-  const double un = sign * s.u[axis], un_far = sign * far.u[axis];
-  if (un >= c) return s;
-  if (un <= -c) return far;
-  const double outgoing = un + 2.0 * c / (gamma - 1.0);
-  const double incoming = un_far - 2.0 * c_far / (gamma - 1.0);
-  const double un_b = 0.5 * (outgoing + incoming);
-  const double c_b = 0.25 * (gamma - 1.0) * (outgoing - incoming);
-  if (!(c_b > 0.0)) return s;
-  const NodeState& donor = un_b > 0.0 ? s : far;
-  NodeState b = donor;
-  b.u[axis] = sign * un_b;
-  b.T = c_b * c_b / (gamma * gas.gas_constant);
-  const double ratio = b.T / donor.T;
-  // Isentropic: rho ~ T^(1/(gamma-1)); for gamma = 1.4 the power is 5/2, without a call to pow.
-  const bool diatomic = std::abs(gamma - 1.4) < 1e-12;
-  b.rho = donor.rho * (diatomic ? ratio * ratio * std::sqrt(ratio) : std::pow(ratio, 1.0 / (gamma - 1.0)));
-  return b;
-}
-
-void fill_primitive_ghosts(const Grid& grid, const Boundaries& boundaries, const Gas& gas,
+void fill_primitive_ghosts(const Grid& grid, const Boundaries& boundaries, const Gas& gas, double t,
                            const NodeBox& box, const Block& W, int threads) {
-  const auto fill = [&](int axis, double* node0, std::ptrdiff_t stride, int count) {
+  const auto fill = [&](int axis, double* node0, auto node, std::ptrdiff_t stride, int count) {
     const int n = grid.axis[static_cast<std::size_t>(axis)].n;
     for (int side = 0; side < 2; ++side) {
       if (side == 0 ? box.lo[axis] > 0 : box.hi[axis] < n) continue;
       const Boundary& b = boundaries[static_cast<std::size_t>(2 * axis + side)];
-      fill_end({&b, &gas, far_state(gas, b.state), axis, side == 0, n}, node0, W.sf, stride, count);
+      fill_end({&grid, &b, &gas, t, axis, side == 0, {node.i, node.j, node.k}}, node0, W.sf, stride, count);
     }
   };
   fill_all_ends(grid, box, W.data, W, threads, fill);
@@ -129,7 +190,7 @@ void fill_primitive_ghosts(const Grid& grid, const Boundaries& boundaries, const
 
 void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const NodeBox& box,
                         const Block& block, int field, int threads) {
-  const auto fill = [&](int axis, double* node0, std::ptrdiff_t stride, int count) {
+  const auto fill = [&](int axis, double* node0, auto, std::ptrdiff_t stride, int count) {
     const int n = grid.axis[static_cast<std::size_t>(axis)].n;
     for (int side = 0; side < 2; ++side) {
       if (side == 0 ? box.lo[axis] > 0 : box.hi[axis] < n) continue;

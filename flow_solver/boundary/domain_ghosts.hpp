@@ -7,25 +7,14 @@
 
 namespace ocublast::flow {
 
-/// Primitive values at a node: rho, u, v, w, T.
-struct NodeState {
-  double rho, u[3], T;
-};
-
-/// Ghost state beyond an open end after node state `s`: outgoing Riemann invariant of the node,
-/// incoming one of the gas far away; entropy and tangential velocity from where the gas comes.
-/// `sign` is +1 at the high end of `axis`, -1 at the low one.
-[[nodiscard]] NodeState characteristic_state(const Gas& gas, const NodeState& s, const NodeState& far,
-                                             int axis, double sign);
-
 /// Nodes [lo, hi) of a part of the grid.
 struct NodeBox {
   int lo[3], hi[3];
 };
 
-/// Fills four ghost nodes of the primitives beyond every end, x first, then whole rows, then whole
-/// planes, so that edges and corners are filled as well. Only beside the box.
-void fill_primitive_ghosts(const Grid& grid, const Boundaries& boundaries, const Gas& gas,
+/// Fills four ghost nodes of the primitives beyond every end at time t, x first, then whole rows,
+/// then whole planes, so that edges and corners are filled as well. Only beside the box.
+void fill_primitive_ghosts(const Grid& grid, const Boundaries& boundaries, const Gas& gas, double t,
                            const NodeBox& box, const Block& W, int threads);
 
 /// Fills the ghosts of one even scalar field: mirrored at symmetry and walls, repeated if periodic,

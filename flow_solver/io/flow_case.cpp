@@ -107,7 +107,7 @@ State to_state(const GasState& gas, const Gas& law) {
 void read_boundaries(Section& flow, FlowCase& result) {
   static constexpr std::pair<std::string_view, BoundaryKind> words[] = {
       {"symmetry", BoundaryKind::symmetry}, {"slip_wall", BoundaryKind::symmetry},
-      {"no_slip_wall", BoundaryKind::no_slip_wall}, {"outflow", BoundaryKind::outflow},
+      {"no_slip_wall", BoundaryKind::wall}, {"outflow", BoundaryKind::outflow},
       {"fixed_state", BoundaryKind::fixed_state}, {"periodic", BoundaryKind::periodic}};
   static constexpr std::array<std::string_view, 6> faces = {"x_min", "x_max", "y_min",
                                                             "y_max", "z_min", "z_max"};
@@ -125,7 +125,7 @@ void read_boundaries(Section& flow, FlowCase& result) {
                                                      "gas beyond the face; ambient at rest if left out"),
                                          result.common),
                               result.options.gas);
-    if (boundary.kind == BoundaryKind::no_slip_wall && result.options.viscosity == Viscosity::none &&
+    if (boundary.kind == BoundaryKind::wall && result.options.viscosity == Viscosity::none &&
         !table.listing())
       table.fault(faces[f], "a no_slip_wall needs flow.gas.viscosity; take slip_wall for an inviscid gas");
   }

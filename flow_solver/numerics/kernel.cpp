@@ -1,7 +1,7 @@
 // All kernels of one instruction set. Compiled once per set with its own OCU_ISA and flags.
 
 #include "flow_solver/numerics/kernel_segment.hpp"
-#include "flow_solver/numerics/kernel_sensor.hpp"
+#include "flow_solver/numerics/kernel_stress.hpp"
 
 namespace ocublast::flow::OCU_ISA {
 namespace {
@@ -18,10 +18,10 @@ std::size_t scratch_doubles(const Context& ctx) {
   return static_cast<std::size_t>(most);
 }
 
-constexpr Kernels table{OCU_TEXT(OCU_ISA), scratch_doubles, bulk_plane,      gradient_plane, sweep_x,
-                        sweep_y,           sweep_segments,  update_row,      filter_x,       filter_y,
-                        filter_segments,   finish_plane,    restore_plane,   premark_plane,  theta_plane,
-                        sensor_plane,      diffusivity_plane};
+constexpr Kernels table{OCU_TEXT(OCU_ISA), scratch_doubles, bulk_plane,      stress_plane,  stress_ends_z,
+                        sweep_x,           sweep_y,         sweep_segments,  update_row,    filter_x,
+                        filter_y,          filter_segments, finish_plane,    restore_plane, premark_plane,
+                        theta_plane,       sensor_plane,    diffusivity_plane};
 
 }  // namespace
 

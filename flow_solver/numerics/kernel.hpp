@@ -13,6 +13,11 @@ namespace ocublast::flow {
 /// Fields beside the primitives in the same rows.
 enum StageField : int { field_bulk = 5, field_kappa = 6, field_beta = 7, field_mu = 8 };
 inline constexpr int n_stage_fields = 9;
+/// Fields of G: six stresses and three energy fluxes; with bodies the nine velocity gradients behind.
+inline constexpr int n_stresses = 9;
+inline constexpr int n_gradients = 9;
+/// Slope at a wall, per index inwards, of the cubic through the wall's value and the next three nodes.
+inline constexpr double wall_slope[4] = {-46.0 / 15.0, 15.0 / 4.0, -5.0 / 6.0, 3.0 / 20.0};
 inline constexpr int tile_width = 8;  ///< nodes of one tile, lanes of one vector
 
 /// Fields side by side in rows: data is field 0 at node (0, 0, 0).
@@ -21,8 +26,16 @@ struct Block {
   std::ptrdiff_t sf = 0, sj = 0, sk = 0;
 };
 
-/// How a lane's line ends, for the first-order flux at marked nodes.
-enum class LaneEnd : int { mirrored_slip, mirrored_no_slip, domain_ghost, wall, periodic };
+/// How a lane's line ends: mirrored; at a wall of the domain whose fluxes are held (line_table.hpp),
+/// without slip or with it; at open ghosts; at an immersed wall.
+enum class LaneEnd : int { mirrored_slip, held_wall, held_slip_wall, domain_ghost, wall, periodic };
+
+/// A no-slip wall at an end of the domain.
+struct WallEnd {
+  double velocity[3] = {};     ///< m/s, along the wall
+  double temperature = 0;      ///< K; 0: adiabatic
+  double inverse_spacing = 0;  ///< 1/m, of the first cells' metric continued to the wall; signed
+};
 
 /// One direction: tables (line_table.hpp) and metric, as pointers to entry of face or node 0.
 struct LineView {
@@ -40,6 +53,7 @@ struct LineView {
   const double* jacobian = nullptr;
   const double* filter_inverse_jacobian = nullptr;  ///< that of the filter: 1/(r^m J) on a radial grid
   LaneEnd low = LaneEnd::domain_ghost, high = LaneEnd::domain_ghost;
+  WallEnd wall_low, wall_high;
 };
 
 /// Metric of a radial x direction (radial.hpp), pointers to node or face 0; power 0: Cartesian.
@@ -75,8 +89,11 @@ struct Context {
   int mask_tiles = 1;
   int mask_groups = 1;
   double gamma = 1.4, gas_constant = 287.0;
-  bool heat = false;      ///< kappa (artificial or physical) acts
-  bool viscous = false;   ///< mu acts
+  bool nodal_stress = false;  ///< stress and heat flux at nodes join the convective fluxes
+  /// Artificial diffusivities as in the paper: all of them in the nodal stress (seed eqs. 8, 9), the
+  /// dilatation of the bulk term at sixth order. Else kappa* acts across faces and the bulk term on
+  /// the second-order dilatation.
+  bool paper = false;
   bool bulk = false;      ///< beta acts
   bool eighth_order = false;
   bool filter = true;
@@ -105,8 +122,9 @@ struct Context {
   bool strain_sensor = false;
   bool need_strain = false;
   double cap = 0;           ///< 1/s: nu* <= cap n_present / sum 1/h^2
-  // Physical viscosity: mu = mu0 (constant) or Sutherland's.
-  double mu0 = 0, sutherland_T0 = 0, sutherland_S = 0, prandtl = 0.71;
+  // Physical viscosity: mu = mu0 (constant) or Sutherland's; conductivity = heat_per_viscosity mu.
+  double mu0 = 0, sutherland_T0 = 0, sutherland_S = 0;
+  double heat_per_viscosity = 0;  ///< J/(kg K), cp over the Prandtl number
   bool sutherland = false;
   // Stage.
   int stage = 0;
@@ -128,8 +146,10 @@ struct Kernels {
   std::size_t (*scratch_doubles)(const Context&);
   /// W field_bulk = -beta theta in plane k.
   void (*bulk_plane)(const Context&, int k);
-  /// Nodal velocity gradients of plane k into G (viscous flow).
-  void (*gradient_plane)(const Context&, int k);
+  /// Nodal stress and energy flux of plane k into G, with the ghosts of its x and y lines.
+  void (*stress_plane)(const Context&, int k);
+  /// The ghosts of the z lines of row j.
+  void (*stress_ends_z)(const Context&, int j);
   /// x-lines of row groups [g0, g1): R = divergence of the x flux (0 on cut lines).
   void (*sweep_x)(const Context&, double* scratch, int k, int g0, int g1);
   /// y-lines of tiles [t0, t1): R += divergence of the y flux.

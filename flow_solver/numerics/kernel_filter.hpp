@@ -57,8 +57,7 @@ OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, dou
   const auto copy = [&](int to, int from, LaneEnd end) {
     for (int f = 0; f < 5; ++f) {
       Vec v = load(pencil + (static_cast<Index>(from) * 5 + f) * tile_width);
-      const bool flip = (end == LaneEnd::mirrored_slip && f == 1 + D) ||
-                        (end == LaneEnd::mirrored_no_slip && f >= 1 && f <= 3);
+      const bool flip = end == LaneEnd::mirrored_slip && f == 1 + D;
       if (flip) v = -v;
       store(pencil + (static_cast<Index>(to) * 5 + f) * tile_width, v);
     }
@@ -75,9 +74,9 @@ OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, dou
       copy(n + m, m, LaneEnd::domain_ghost);
       continue;
     }
-    if (line.low == LaneEnd::domain_ghost) ghost(-1 - m);
+    if (line.low != LaneEnd::mirrored_slip) ghost(-1 - m);
     else copy(-1 - m, m, line.low);
-    if (line.high == LaneEnd::domain_ghost) ghost(n + m);
+    if (line.high != LaneEnd::mirrored_slip) ghost(n + m);
     else copy(n + m, n - 1 - m, line.high);
   }
 }
@@ -196,8 +195,7 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
     const auto get = [&](int from, int f) { return load(pencil + static_cast<Index>(from) * step + f * tile_width); };
     const auto copy = [&](int to, int from, LaneEnd end) {
       for (int f = 0; f < 5; ++f) {
-        const bool flip = (end == LaneEnd::mirrored_slip && f == 1) ||
-                          (end == LaneEnd::mirrored_no_slip && f >= 1 && f <= 3);
+        const bool flip = end == LaneEnd::mirrored_slip && f == 1;
         set(to, f, flip ? -get(from, f) : get(from, f));
       }
     };
@@ -217,9 +215,9 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
         copy(-1 - m, n - 1 - m, LaneEnd::domain_ghost);
         continue;
       }
-      if (line.high == LaneEnd::domain_ghost) ghost(n + m);
+      if (line.high != LaneEnd::mirrored_slip) ghost(n + m);
       else copy(n + m, n - 1 - m, line.high);
-      if (line.low == LaneEnd::domain_ghost) ghost(-1 - m);
+      if (line.low != LaneEnd::mirrored_slip) ghost(-1 - m);
       else copy(-1 - m, m, line.low);
     }
     const unsigned marked = ctx.any_mark ? ctx.line_marked[0][flag] & rows : 0u;

@@ -15,8 +15,17 @@ namespace ocublast::flow::OCU_ISA {
 inline constexpr int face_record = 9;
 inline constexpr int face_margin = 6;  ///< faces kept below face 0 in the buffer
 
-// Components of the velocity gradient (3 a + b = d u_a / d x_b) that a face normal to D needs beside
-// its own differences: the two shear partners and the two transverse parts of the dilatation.
+/// How viscous stress enters a line: not at all, through the nodal fluxes of whole lines, or as
+/// second-order fluxes across the faces of cut lines.
+enum ViscousForm : int { no_viscosity = 0, nodal_viscosity = 1, narrow_viscosity = 2 };
+
+/// Fields of G that join the fluxes along D: stress on x, y, z, energy flux.
+inline constexpr int stress_component[3][4] = {{0, 1, 2, 6}, {1, 3, 4, 7}, {2, 4, 5, 8}};
+inline constexpr int first_gradient = n_stresses;  ///< field of G with d u_0 / d x_0
+
+// Components of the velocity gradient (3 a + b = d u_a / d x_b) that a face of a cut line along D
+// needs beside its own differences: the two shear partners and the two transverse parts of the
+// dilatation.
 inline constexpr int shear_partner[3][3] = {{0, 1, 2}, {3, 0, 5}, {6, 7, 0}};
 inline constexpr int transverse_1[3] = {4, 0, 0};
 inline constexpr int transverse_2[3] = {8, 8, 4};
@@ -38,9 +47,12 @@ struct Source {
   const double* p;
   Index sf, sl;
   const double* mu;    ///< shear viscosity, same stride
-  const double* g[4];  ///< shear partners (ascending component), transverse parts
+  /// Nodal: stress on x, y, z and energy flux. Narrow: shear partners (ascending component),
+  /// transverse parts.
+  const double* g[4];
   Index gl;
   Index next = 0;      ///< distance to the same nodes of the next column; 0: no prefetch
+  bool face_heat = true;  ///< kappa acts across faces
 };
 
 /// Same coefficients in all lanes.
@@ -79,9 +91,12 @@ struct GasVec {
       : R(splat(c.gas_constant)), inverse_gm1(splat(1.0 / (c.gamma - 1.0))) {}
 };
 
-/// Convective flux along D with the bulk pressure: seed eqs. 4-7, E + p from (rho, u, T).
-template <int D>
-OCU_INLINE Flux nodal_flux(const GasVec& gas, const double* p, Index sf) {
+/// Flux along D with the bulk pressure, and with the stress where it is nodal: seed eqs. 4-9, E + p
+/// from (rho, u, T).
+template <int D, int Visc>
+OCU_INLINE Flux nodal_flux(const GasVec& gas, const Source& src, Index at) {
+  const double* p = src.p + at * src.sl;
+  const Index sf = src.sf;
   const Vec rho = load(p), u = load(p + sf), v = load(p + 2 * sf), w = load(p + 3 * sf);
   const Vec pressure = rho * gas.R * load(p + 4 * sf);
   const Vec total = pressure + load(p + field_bulk * sf);
@@ -95,11 +110,14 @@ OCU_INLINE Flux nodal_flux(const GasVec& gas, const double* p, Index sf) {
   f.q[3] = m * w;
   f.q[1 + D] = f.q[1 + D] + total;
   f.q[4] = un * (pressure * gas.inverse_gm1 + kinetic + total);
+  if constexpr (Visc == nodal_viscosity) {
+    for (int c = 0; c < 4; ++c) f.q[1 + c] = f.q[1 + c] - load(src.g[c] + at * src.gl);
+  }
   return f;
 }
 
 /// State of the forward walk between calls (x-lines come block by block).
-template <bool Visc, bool Eight>
+template <int Visc, bool Eight>
 struct Forward {
   Flux w[Eight ? 6 : 4];
   Vec face[5];
@@ -108,7 +126,7 @@ struct Forward {
 };
 
 /// Diffusive fluxes at the face between the node before and node `label` into the buffer.
-template <int D, bool Visc, bool Eight, class Coef>
+template <int D, int Visc, bool Eight, class Coef>
 OCU_INLINE void diffusive_face(Forward<Visc, Eight>& s, const Source& src, Index at, int label,
                                const Coef& coef, double* buf) {
   const double* p = src.p + at * src.sl;
@@ -117,7 +135,10 @@ OCU_INLINE void diffusive_face(Forward<Visc, Eight>& s, const Source& src, Index
   const Vec half = splat(0.5);
   double* out = buf + static_cast<Index>(label) * face_record * tile_width;
   Vec energy = (half * (s.kappa + kappa)) * ((s.T - T) * inverse_dx);
-  if constexpr (Visc) {
+  if constexpr (Visc == nodal_viscosity) {
+    if (!src.face_heat) energy = splat(0.0);
+  }
+  if constexpr (Visc == narrow_viscosity) {
     Vec u[3], g[4];
     for (int a = 0; a < 3; ++a) u[a] = load(p + (1 + a) * src.sf);
     for (int q = 0; q < 4; ++q) g[q] = load(src.g[q] + at * src.gl);
@@ -164,7 +185,7 @@ OCU_INLINE void eliminate_face(Vec face[5], const Flux& a1, const Flux& a0, cons
 }
 
 /// Takes nodes [begin, end) (memory places `at_begin` ...) into the walk.
-template <int D, bool Visc, bool Eight, class Coef>
+template <int D, int Visc, bool Eight, class Coef>
 OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const Source& src, int begin,
                               int end, const Coef& coef, double* buf) {
   constexpr int width = Eight ? 6 : 4;
@@ -172,13 +193,13 @@ OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const 
   int i = begin;
   for (; i < end && s.seen < width - 1; ++i, ++s.seen) {
     diffusive_face<D>(s, src, i, i, coef, buf);
-    s.w[s.seen] = nodal_flux<D>(gas, src.p + i * src.sl, src.sf);
+    s.w[s.seen] = nodal_flux<D, Visc>(gas, src, i);
   }
   if (i >= end) return;
   if constexpr (Eight) {
     for (; i < end; ++i) {
       diffusive_face<D>(s, src, i, i, coef, buf);
-      s.w[5] = nodal_flux<D>(gas, src.p + i * src.sl, src.sf);
+      s.w[5] = nodal_flux<D, Visc>(gas, src, i);
       eliminate_face<D>(s.face, s.w[1], s.w[2], s.w[3], s.w[4], s.w, i - lag, coef, buf);
       for (int m = 0; m < 5; ++m) s.w[m] = s.w[m + 1];
     }
@@ -186,7 +207,7 @@ OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const 
     const auto step = [&](Flux& a, Flux& b, Flux& c, Flux& d, int node) {
       if constexpr (D == 2) prefetch_next(src.p + node * src.sl + src.next, src.sf, field_kappa + 1);
       diffusive_face<D>(s, src, node, node, coef, buf);
-      d = nodal_flux<D>(gas, src.p + node * src.sl, src.sf);
+      d = nodal_flux<D, Visc>(gas, src, node);
       eliminate_face<D>(s.face, a, b, c, d, nullptr, node - lag, coef, buf);
     };
     Flux w0 = s.w[0], w1 = s.w[1], w2 = s.w[2], w3;
@@ -210,16 +231,16 @@ OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const 
 
 /// Starts the walk at the first face of the solve; a node missing before a ghosted line's first one
 /// is replaced by it (its weight is zero there).
-template <int D, bool Visc, bool Eight>
+template <int D, int Visc, bool Eight>
 OCU_INLINE void start_forward(Forward<Visc, Eight>& s, const GasVec& gas, const Source& src,
                               int first_node, int missing) {
   const double* p = src.p + first_node * src.sl;
   for (int q = 0; q < 5; ++q) s.face[q] = splat(0.0);
-  for (int m = 0; m < missing; ++m) s.w[m] = nodal_flux<D>(gas, p, src.sf);
+  for (int m = 0; m < missing; ++m) s.w[m] = nodal_flux<D, Visc>(gas, src, first_node);
   s.seen = missing;
   s.T = load(p + 4 * src.sf);
   s.kappa = load(p + field_kappa * src.sf);
-  if constexpr (Visc) {
+  if constexpr (Visc == narrow_viscosity) {
     for (int a = 0; a < 3; ++a) s.u[a] = load(p + (1 + a) * src.sf);
     for (int q = 0; q < 4; ++q) s.g[q] = load(src.g[q] + first_node * src.gl);
     s.mu = load(src.mu + first_node * src.sl);
@@ -227,7 +248,7 @@ OCU_INLINE void start_forward(Forward<Visc, Eight>& s, const GasVec& gas, const 
 }
 
 /// Completes the faces that wait for nodes beyond the last one of a ghosted line.
-template <int D, bool Visc, bool Eight, class Coef>
+template <int D, int Visc, bool Eight, class Coef>
 OCU_INLINE void end_forward(Forward<Visc, Eight>& s, int last_node, int missing, const Coef& coef,
                             double* buf) {
   for (int m = 0; m < missing; ++m) {
@@ -262,7 +283,7 @@ OCU_INLINE Walk walk_of(int n, int face_begin, int face_end) {
 }
 
 /// Substitution over faces from `face_end` down; the sink gets (node, divergence) from n - 1 to 0.
-template <int D, bool Visc, class Coef, class Sink>
+template <int D, int Visc, class Coef, class Sink>
 OCU_INLINE void backward(int n, int face_end, const Coef& coef, double* buf, Sink&& sink) {
   Vec face[5], right[5];
   for (int q = 0; q < 5; ++q) face[q] = splat(0.0);
@@ -277,7 +298,7 @@ OCU_INLINE void backward(int n, int face_end, const Coef& coef, double* buf, Sin
     const double* at = buf + static_cast<Index>(j) * face_record * tile_width;
     for (int q = 0; q < 5; ++q) out[q] = face[q];
     out[4] = out[4] + load(at + 5 * tile_width);
-    if constexpr (Visc) {
+    if constexpr (Visc == narrow_viscosity) {
       for (int a = 0; a < 3; ++a) out[1 + a] = out[1 + a] + load(at + (6 + a) * tile_width);
     }
   };
@@ -312,7 +333,7 @@ struct Lanes {
 
 /// The same as `backward` in separate steps, with the periodic correction and with first-order
 /// fluxes at the faces of marked nodes.
-template <int D, bool Visc, class Coef, class Sink>
+template <int D, int Visc, class Coef, class Sink>
 OCU_INLINE void backward_slow(const Context& ctx, const LineView& line, int n, int face_end,
                               const Coef& coef, double* buf, const Lanes* lanes, Sink&& sink);
 

@@ -33,19 +33,19 @@ OCU_INLINE PointState point_from_primitive(const Context& ctx, double rho, const
   return point_from_conserved(ctx, q);
 }
 
-/// State across the end of a lane next to own state s. At a wall `ghost` is its motion: unit normal
-/// (zero: no slip), velocity.
+/// State across the end of a lane next to own state s. At an immersed wall `ghost` is its motion: unit
+/// normal (zero: no slip), velocity; at a held one its velocity.
 template <int D>
 OCU_INLINE PointState state_across(const Context& ctx, LaneEnd end, const PointState& s,
                                    const double* ghost, Index stride) {
   double u[3] = {s.u[0], s.u[1], s.u[2]};
   const double T = s.p / (s.q[0] * ctx.gas_constant);
-  if (end == LaneEnd::mirrored_slip) {
+  if (end == LaneEnd::mirrored_slip || end == LaneEnd::held_slip_wall) {
     u[D] = -u[D];
     return point_from_primitive(ctx, s.q[0], u, T);
   }
-  if (end == LaneEnd::mirrored_no_slip) {
-    for (int a = 0; a < 3; ++a) u[a] = -u[a];
+  if (end == LaneEnd::held_wall) {
+    for (int a = 0; a < 3; ++a) u[a] = 2.0 * ghost[a] - u[a];
     return point_from_primitive(ctx, s.q[0], u, T);
   }
   if (end == LaneEnd::wall) {
@@ -132,7 +132,7 @@ template <int D>
   }
 }
 
-template <int D, bool Visc, class Coef, class Sink>
+template <int D, int Visc, class Coef, class Sink>
 OCU_INLINE void backward_slow(const Context& ctx, const LineView& line, int n, int face_end,
                               const Coef& coef, double* buf, const Lanes* lanes, Sink&& sink) {
   const auto at = [&](int j) { return buf + static_cast<Index>(j) * face_record * tile_width; };
@@ -166,7 +166,7 @@ OCU_INLINE void backward_slow(const Context& ctx, const LineView& line, int n, i
       if (q == 4) {
         right = right + load(at(i + 1) + 5 * tile_width);
         left = left + load(at(i) + 5 * tile_width);
-      } else if (Visc && q > 0) {
+      } else if (Visc == narrow_viscosity && q > 0) {
         right = right + load(at(i + 1) + (5 + q) * tile_width);
         left = left + load(at(i) + (5 + q) * tile_width);
       }

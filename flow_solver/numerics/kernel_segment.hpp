@@ -4,6 +4,7 @@
 // nodes at each end (wall ghosts or domain ghosts), solved by the same kernels. Elimination
 // coefficients are common from the start of the lines to the first face near a lane's end.
 
+#include "flow_solver/numerics/kernel_gas.hpp"
 #include "flow_solver/numerics/kernel_update.hpp"
 
 namespace ocublast::flow::OCU_ISA {
@@ -64,7 +65,8 @@ OCU_INLINE LaneEnd low_end(const Context& ctx, int axis, const SegmentBatch& s, 
 OCU_INLINE LaneEnd high_end(const Context& ctx, int axis, const SegmentBatch& s, int l) {
   return s.wall_high[l] >= 0 ? LaneEnd::wall : ctx.line[axis].high;
 }
-OCU_INLINE bool is_mirror(LaneEnd e) { return e == LaneEnd::mirrored_slip || e == LaneEnd::mirrored_no_slip; }
+OCU_INLINE bool is_held(LaneEnd e) { return e == LaneEnd::held_wall || e == LaneEnd::held_slip_wall; }
+OCU_INLINE bool is_mirror(LaneEnd e) { return e == LaneEnd::mirrored_slip || is_held(e); }
 
 OCU_INLINE int longest_of(const SegmentBatch& s) {
   int n = 0;
@@ -79,7 +81,7 @@ OCU_INLINE int shortest_of(const SegmentBatch& s) {
 
 /// Rows of the faces [split, end] of each lane with its own end closure, eliminated onwards from the
 /// common rows; zeros beyond a lane's end.
-OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const EndRows& e,
+OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const EndRows& e, bool filter,
                           const LaneEnd* high, const SegmentBatch& s, int split, int end, double* tail) {
   for (int l = 0; l < tile_width; ++l) {
     const int lane = l < s.lanes ? l : 0;
@@ -101,15 +103,18 @@ OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const E
       for (int c = 0; c < weights; ++c) out[c * tile_width] = e.weights[reach][c];
       for (int p = 0; p < n_classes; ++p) {
         double lower = e.alpha[reach], upper = e.alpha[reach];
-        bool zero = false;
-        if (j == last) {
-          upper = 0.0;
-          if (mirror) {
-            lower *= 2.0;
-            zero = !(p == 1 || (p == 2 && high[lane] == LaneEnd::mirrored_no_slip));
+        double pivot = 1.0;
+        if (j == last) upper = 0.0;
+        if (j == last && mirror) {
+          const MirrorRow row = mirror_row(p, is_held(high[lane]), filter);
+          if (row == MirrorRow::even) lower *= 2.0;
+          if (row == MirrorRow::zero) lower = pivot = 0.0;
+          if (row == MirrorRow::held) {
+            pivot = 1.0 / (1.0 + 2.0 * lower);
+            lower = 0.0;
           }
         }
-        const double pivot = zero ? 0.0 : 1.0 / (1.0 - lower * c_before[p]);
+        pivot /= 1.0 - lower * c_before[p];
         double* row = out + (weights + 3 * p) * tile_width;
         row[0] = pivot;
         row[tile_width] = lower * pivot;
@@ -175,12 +180,12 @@ OCU_INLINE const double* ghost_across_mirror(const Context& ctx, const SegmentBa
 /// Does component f of (density, velocity or momentum, ..) change sign in a mirrored end?
 template <int D>
 OCU_INLINE bool flips(LaneEnd end, int f) {
-  return f == 1 + D || (end == LaneEnd::mirrored_no_slip && f >= 1 && f <= 3);
+  return f == 1 + D || (end == LaneEnd::held_wall && f >= 1 && f <= 3);
 }
 
 /// Node values of a lane into the transposed scratch: fluid nodes, four ghosts at each end, then
 /// repetitions up to the longest lane. Diffusivities of ghosts are those of the end node.
-template <int D, bool Visc>
+template <int D, int Visc>
 OCU_INLINE void load_lane(const Context& ctx, const SegmentBatch& s, const SegmentLanes& t, int l,
                           double* nodes) {
   const int lane = l < s.lanes ? l : 0;
@@ -189,9 +194,10 @@ OCU_INLINE void load_lane(const Context& ctx, const SegmentBatch& s, const Segme
   const Index sl = stride_along(w, D);
   const double* base = w.data + offset_in(w, t.origin[l]);
   const Index gl = stride_along(ctx.G, D);
-  const double* g_base = Visc ? ctx.G.data + offset_in(ctx.G, t.origin[l]) : nullptr;
-  const int component[4] = {D == 0 ? 1 : (D == 1 ? 3 : 6), D == 0 ? 2 : (D == 1 ? 5 : 7), transverse_1[D],
-                            transverse_2[D]};
+  const double* g_base = Visc == narrow_viscosity ? ctx.G.data + offset_in(ctx.G, t.origin[l]) : nullptr;
+  const int component[4] = {first_gradient + (D == 0 ? 1 : (D == 1 ? 3 : 6)),
+                            first_gradient + (D == 0 ? 2 : (D == 1 ? 5 : 7)), first_gradient + transverse_1[D],
+                            first_gradient + transverse_2[D]};
   for (int i = -4; i < t.longest + 4; ++i) {
     double* out = nodes + static_cast<Index>(i) * node_record * tile_width + l;
     const int at = i < n + 4 ? i : n + 3;
@@ -215,8 +221,10 @@ OCU_INLINE void load_lane(const Context& ctx, const SegmentBatch& s, const Segme
     if (at >= n && is_mirror(kind) && at - n < n) smooth = 2 * n - 1 - at;
     out[field_bulk * tile_width] = base[smooth * sl + field_bulk * w.sf];
     out[field_kappa * tile_width] = base[smooth * sl + field_kappa * w.sf];
-    if constexpr (Visc) {
-      out[node_mu * tile_width] = base[smooth * sl + field_mu * w.sf];
+    if constexpr (Visc == narrow_viscosity) {
+      const double mu_gas = gas_viscosity(ctx, Scalar{base[smooth * sl + 4 * w.sf]}).v;
+      out[node_mu * tile_width] = base[smooth * sl + field_mu * w.sf] + mu_gas;
+      out[field_kappa * tile_width] += ctx.heat_per_viscosity * mu_gas;
       for (int q = 0; q < 4; ++q) {
         out[(node_gradient + q) * tile_width] = g_base[inside * gl + component[q] * ctx.G.sf];
       }
@@ -246,6 +254,8 @@ OCU_INLINE Lanes segment_lanes(const Context& ctx, const SegmentBatch& s, const 
     lanes.low_state[l] = node - wl;
     lanes.high_state[l] = node + n * wl;
     lanes.low_stride[l] = lanes.high_stride[l] = ctx.W.sf;
+    if (t.low[l] == LaneEnd::held_wall) lanes.low_state[l] = ctx.line[D].wall_low.velocity;
+    if (t.high[l] == LaneEnd::held_wall) lanes.high_state[l] = ctx.line[D].wall_high.velocity;
     if (t.low[l] == LaneEnd::wall) {
       lanes.low_state[l] = ctx.wall_motion[D] + static_cast<Index>(s.wall_low[lane]) * 6;
       lanes.low_stride[l] = 1;
@@ -262,7 +272,7 @@ OCU_INLINE Lanes segment_lanes(const Context& ctx, const SegmentBatch& s, const 
   return lanes;
 }
 
-template <int D, bool Visc, bool Eight>
+template <int D, int Visc, bool Eight>
 void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch& s) {
   const SegmentScratch mem(ctx, scratch);
   const SegmentLanes t = lanes_of_batch(ctx, D, s);
@@ -270,7 +280,7 @@ void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch
   load_metric(ctx, D, s, t, mem);
   const LineView& common = is_mirror(t.low[0]) ? ctx.from_mirror[D] : ctx.from_ghost[D];
   const int end = t.longest + 3;
-  lane_tail(common.flux, flux_row_size, 3, ctx.flux_end, t.high, s, t.shortest, end, mem.tail);
+  lane_tail(common.flux, flux_row_size, 3, ctx.flux_end, false, t.high, s, t.shortest, end, mem.tail);
   const LaneCoef coef{common.flux, mem.tail, t.shortest, mem.spacing, mem.inverse_h};
   constexpr Index step = node_record * tile_width;
   Source src{mem.nodes, tile_width, step, mem.nodes + node_mu * tile_width, {}, step};
@@ -331,7 +341,7 @@ OCU_INLINE void load_filter_lane(const Context& ctx, const SegmentBatch& s, cons
     } else if (end == LaneEnd::wall) {
       const int index = low ? s.wall_low[lane] : s.wall_high[lane];
       ghost_conserved<D>(ctx, ctx.wall_ghost[D] + (static_cast<Index>(index) * 4 + layer) * 5, 1, q);
-    } else if (is_mirror(end) && layer < n) {
+    } else if (end == LaneEnd::mirrored_slip && layer < n) {
       const int from = low ? layer : n - 1 - layer;
       for (int f = 0; f < 5; ++f) {
         const double v = a[from * al + f * ctx.A.sf];
@@ -355,7 +365,7 @@ void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatc
   load_metric(ctx, D, s, t, mem);
   const LineView& common = is_mirror(t.low[0]) ? ctx.from_mirror[D] : ctx.from_ghost[D];
   const int end = t.longest + 3;
-  lane_tail(common.filter, filter_row_size, 4, ctx.filter_end, t.high, s, t.shortest, end, mem.tail);
+  lane_tail(common.filter, filter_row_size, 4, ctx.filter_end, true, t.high, s, t.shortest, end, mem.tail);
   const LaneFilter coef{common.filter, mem.tail, t.shortest, mem.jacobian, mem.inverse_h, ctx.filter_strength};
   const Lanes lanes = segment_lanes<D>(ctx, s, t);
   LineView open = ctx.line[D];
@@ -375,12 +385,12 @@ void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatc
 
 template <int D>
 OCU_INLINE void sweep_segment_axis(const Context& ctx, double* scratch, const SegmentBatch& s) {
-  if (ctx.viscous) {
-    if (ctx.eighth_order) sweep_segment_batch<D, true, true>(ctx, scratch, s);
-    else sweep_segment_batch<D, true, false>(ctx, scratch, s);
+  if (ctx.nodal_stress) {
+    if (ctx.eighth_order) sweep_segment_batch<D, narrow_viscosity, true>(ctx, scratch, s);
+    else sweep_segment_batch<D, narrow_viscosity, false>(ctx, scratch, s);
   } else {
-    if (ctx.eighth_order) sweep_segment_batch<D, false, true>(ctx, scratch, s);
-    else sweep_segment_batch<D, false, false>(ctx, scratch, s);
+    if (ctx.eighth_order) sweep_segment_batch<D, no_viscosity, true>(ctx, scratch, s);
+    else sweep_segment_batch<D, no_viscosity, false>(ctx, scratch, s);
   }
 }
 

@@ -7,7 +7,8 @@
 
 namespace ocublast::flow::OCU_ISA {
 
-/// Vectors per node in a transposed block: primitives, bulk, kappa, mu, four gradients.
+/// Vectors per node in a transposed block: primitives, bulk, kappa, mu (cut lines), four gradients or
+/// stresses.
 inline constexpr int node_record = 12;
 inline constexpr int node_mu = 7;
 inline constexpr int node_gradient = 8;
@@ -57,6 +58,8 @@ OCU_INLINE Lanes whole_lanes(const Context& ctx, int i, int j, int k, unsigned a
     s.low_state[l] = node - wl;
     s.high_state[l] = node + ctx.n[D] * wl;
     s.low_stride[l] = s.high_stride[l] = w.sf;
+    if (s.low[l] == LaneEnd::held_wall) s.low_state[l] = ctx.line[D].wall_low.velocity;
+    if (s.high[l] == LaneEnd::held_wall) s.high_state[l] = ctx.line[D].wall_high.velocity;
   }
   return s;
 }
@@ -75,21 +78,19 @@ OCU_INLINE void rows_to_nodes(const double* const row[8], Index offset, double* 
   for (int a = 0; a < tile_width; ++a) store(out + a * step, r[a]);
 }
 
-template <bool Visc>
+template <int Visc>
 OCU_INLINE void load_x_block(const Context& ctx, const double* const row[8], const double* const g_row[8],
                              int i0, double* block) {
   constexpr Index step = node_record * tile_width;
   for (int f = 0; f <= field_kappa; ++f) rows_to_nodes(row, f * ctx.W.sf + i0, block + f * tile_width, step);
-  if constexpr (Visc) {
-    rows_to_nodes(row, field_mu * ctx.W.sf + i0, block + node_mu * tile_width, step);
-    const int component[4] = {shear_partner[0][1], shear_partner[0][2], transverse_1[0], transverse_2[0]};
+  if constexpr (Visc == nodal_viscosity) {
     for (int q = 0; q < 4; ++q) {
-      rows_to_nodes(g_row, component[q] * ctx.G.sf + i0, block + (node_gradient + q) * tile_width, step);
+      rows_to_nodes(g_row, stress_component[0][q] * ctx.G.sf + i0, block + (node_gradient + q) * tile_width, step);
     }
   }
 }
 
-template <bool Visc, bool Eight>
+template <int Visc, bool Eight>
 void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
   const Context ctx = shared;  // a copy: vector stores could alias the shared one
   const LineView& line = ctx.line[0];
@@ -128,7 +129,8 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
       prefetch_next(w_row[l] + tile_width * ctx.W.sj + i0, ctx.W.sf, field_kappa + 1);
     }
     const double* base = block - i0 * step;
-    Source src{base, tile_width, step, base + node_mu * tile_width, {}, step};
+    Source src{base, tile_width, step, nullptr, {}, step};
+    src.face_heat = !ctx.paper;
     for (int q = 0; q < 4; ++q) src.g[q] = base + (node_gradient + q) * tile_width;
     if (!started) start_forward<0>(forward, gas, src, walk.first, walk.missing_low);
     started = true;
@@ -165,21 +167,19 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
 }
 
 /// Forward part of a y or z line of a tile, straight from the rows.
-template <int D, bool Visc, bool Eight>
+template <int D, int Visc, bool Eight>
 OCU_INLINE void forward_whole(const Context& ctx, int i0, int j, int k, double* buf) {
   const LineView& line = ctx.line[D];
   const Block& w = ctx.W;
   const Index sl = D == 1 ? w.sj : w.sk;
   const double* base = w.data + i0 + j * w.sj + k * w.sk;
-  Source src{base, w.sf, sl, base + field_mu * w.sf, {}, 0};
-  if constexpr (Visc) {
+  Source src{base, w.sf, sl, nullptr, {}, 0};
+  src.face_heat = !ctx.paper;
+  if constexpr (Visc == nodal_viscosity) {
     const Block& g = ctx.G;
     const double* at = g.data + i0 + j * g.sj + k * g.sk;
     src.gl = D == 1 ? g.sj : g.sk;
-    const int component[4] = {D == 1 ? shear_partner[1][0] : shear_partner[2][0],
-                              D == 1 ? shear_partner[1][2] : shear_partner[2][1], transverse_1[D],
-                              transverse_2[D]};
-    for (int q = 0; q < 4; ++q) src.g[q] = at + component[q] * g.sf;
+    for (int q = 0; q < 4; ++q) src.g[q] = at + stress_component[D][q] * g.sf;
   }
   if (D == 2) src.next = i0 + tile_width < ctx.n[0] ? tile_width : w.sj - i0;
   const GasVec gas(ctx);
@@ -191,7 +191,7 @@ OCU_INLINE void forward_whole(const Context& ctx, int i0, int j, int k, double* 
   end_forward<D>(forward, walk.last, walk.missing_high, coef, buf);
 }
 
-template <bool Visc, bool Eight>
+template <int Visc, bool Eight>
 void sweep_y_tile(const Context& shared, double* scratch, int k, int tile) {
   const Context ctx = shared;  // a copy: vector stores could alias the shared one
   const LineView& line = ctx.line[1];
@@ -224,12 +224,12 @@ void sweep_y_tile(const Context& shared, double* scratch, int k, int tile) {
 /// Picks the instantiation for the options of a run.
 #define OCU_VARIANT(ctx, call, ...)                                       \
   do {                                                                    \
-    if ((ctx).viscous) {                                                  \
-      if ((ctx).eighth_order) call<true, true>(__VA_ARGS__);              \
-      else call<true, false>(__VA_ARGS__);                                \
+    if ((ctx).nodal_stress) {                                             \
+      if ((ctx).eighth_order) call<nodal_viscosity, true>(__VA_ARGS__);   \
+      else call<nodal_viscosity, false>(__VA_ARGS__);                     \
     } else {                                                              \
-      if ((ctx).eighth_order) call<false, true>(__VA_ARGS__);             \
-      else call<false, false>(__VA_ARGS__);                               \
+      if ((ctx).eighth_order) call<no_viscosity, true>(__VA_ARGS__);      \
+      else call<no_viscosity, false>(__VA_ARGS__);                        \
     }                                                                     \
   } while (false)
 

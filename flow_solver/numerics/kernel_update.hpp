@@ -96,7 +96,7 @@ OCU_INLINE void fill_bulk_ghosts_z(const Context& ctx, int i0, int j) {
   }
 }
 
-template <bool Visc, bool Eight>
+template <int Visc, bool Eight>
 void update_column(const Context& shared, double* scratch, int j, int tile, long& failures) {
   const Context ctx = shared;  // a copy: vector stores could alias the shared one
   const int i0 = tile * tile_width;

@@ -26,37 +26,35 @@ std::array<double, 4> filter_weights(int m, double alpha) {
   }
 }
 
-/// Whether a flux of this class is even about a mirrored end (then its face row is doubled).
-bool even_flux(int parity_class, LineEnd end) {
-  return parity_class == 1 || (parity_class == 2 && end == LineEnd::mirrored_no_slip);
-}
-
 bool mirrored(LineEnd end) {
-  return end == LineEnd::mirrored_slip || end == LineEnd::mirrored_no_slip;
+  return end == LineEnd::mirrored_slip || end == LineEnd::held_wall;
 }
 
 /// Eliminates tri(alpha, 1, alpha) with the end rows of one class; writes m, g, c at `at` of rows.
 void eliminate(std::vector<double>& rows, int row_size, int at, const LineTable& t, int parity_class,
-               LineEnd low, LineEnd high, const std::vector<double>& alpha) {
+               LineEnd low, LineEnd high, const std::vector<double>& alpha, bool filter) {
   double c_before = 0.0;
   for (int j = t.face_begin; j <= t.face_end; ++j) {
     double* row = &rows[static_cast<std::size_t>((j + table_offset) * row_size + at)];
     double lower = alpha[static_cast<std::size_t>(j + table_offset)];
     double upper = lower;
-    bool zero = false;
-    if (j == 0 && mirrored(low)) {
-      zero = !even_flux(parity_class, low);
-      lower = 0.0;
-      upper *= 2.0;
-    }
-    if (j == t.n && mirrored(high)) {
-      zero = !even_flux(parity_class, high);
-      upper = 0.0;
-      lower *= 2.0;
-    }
+    double pivot = 1.0;
+    const auto close = [&](LineEnd end, double& inwards, double& outwards) {
+      outwards = 0.0;
+      switch (mirror_row(parity_class, end == LineEnd::held_wall, filter)) {
+        case MirrorRow::zero: inwards = pivot = 0.0; break;
+        case MirrorRow::even: inwards *= 2.0; break;
+        case MirrorRow::held:
+          pivot = 1.0 / (1.0 + 2.0 * inwards);
+          inwards = 0.0;
+          break;
+      }
+    };
+    if (j == 0 && mirrored(low)) close(low, upper, lower);
+    if (j == t.n && mirrored(high)) close(high, lower, upper);
     if (j == t.face_begin) lower = 0.0;
     if (j == t.face_end) upper = 0.0;
-    const double pivot = zero ? 0.0 : 1.0 / (1.0 - lower * c_before);
+    pivot /= 1.0 - lower * c_before;
     row[0] = pivot;
     row[1] = lower * pivot;
     row[2] = upper * pivot;
@@ -134,8 +132,8 @@ LineTable make_line_table(int n, LineEnd low, LineEnd high, const LineScheme& sc
       eliminate_periodic(t.filter, filter_row_size, filter_at, n, scheme.filter_alpha, t.filter_wrap,
                          t.filter_wrap_last, t.filter_wrap_scale);
     } else {
-      eliminate(t.flux, flux_row_size, flux_at, t, parity_class, low, high, flux_alpha);
-      eliminate(t.filter, filter_row_size, filter_at, t, parity_class, low, high, filter_alpha);
+      eliminate(t.flux, flux_row_size, flux_at, t, parity_class, low, high, flux_alpha, false);
+      eliminate(t.filter, filter_row_size, filter_at, t, parity_class, low, high, filter_alpha, true);
     }
   }
   if (t.periodic) t.face_end = n - 1;

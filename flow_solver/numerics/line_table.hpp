@@ -6,9 +6,10 @@
 
 namespace ocublast::flow {
 
-/// How a line ends. A mirrored end closes the solve on the end face by parity; a ghosted end runs
-/// the solve through the four ghost nodes and closes it there at second order.
-enum class LineEnd { mirrored_slip, mirrored_no_slip, ghosted, periodic };
+/// How a line ends. A mirrored end closes the solve on the end face by parity, a held wall by the
+/// known flux there (MirrorRow); a ghosted end runs the solve through the four ghost nodes and closes
+/// it there at second order.
+enum class LineEnd { mirrored_slip, held_wall, ghosted, periodic };
 
 // Rows of one face in the tables: right-side weights, then per parity class pivot m, lower factor g
 // and upper factor c: F(j) = m rhs - g F(j-1), then F(j) -= c F(j+1).
@@ -16,6 +17,20 @@ inline constexpr int n_classes = 3;           ///< 0 mass and energy, 1 normal m
 inline constexpr int flux_row_size = 12;      ///< a, b, c, 3 x (m, g, c)
 inline constexpr int filter_row_size = 13;    ///< k1, k2, k3, k4, 3 x (m, g, c)
 inline constexpr int table_offset = 4;        ///< entry of face or node 0
+
+/// Row of the end face of a mirrored line, by the class of the flux.
+enum class MirrorRow {
+  zero,  ///< the flux is odd about the end: it vanishes there
+  even,  ///< the flux is even
+  held,  ///< the ghosts' fluxes are 2 F - f for a known flux F at the wall, which the face takes
+};
+/// A held wall knows what passes through it: stress and work along the wall and heat (and mass, whose
+/// F is zero); only the normal momentum is even. The filter takes nothing through such a wall.
+[[nodiscard]] constexpr MirrorRow mirror_row(int parity_class, bool held, bool filter) noexcept {
+  if (held && filter) return MirrorRow::zero;
+  if (parity_class == 1) return MirrorRow::even;
+  return held ? MirrorRow::held : MirrorRow::zero;
+}
 
 /// Eliminated tridiagonal systems of the flux and filter solves on lines of one length and ends.
 /// Flux: alpha F(j-1) + F(j) + alpha F(j+1) = a [f(j-1)+f(j)] + b [f(j-2)+f(j+1)] + c [f(j-3)+f(j+2)];

@@ -130,7 +130,7 @@ double shear_decay(int n, int axis) {
   g.axis[static_cast<std::size_t>(axis)] = make_uniform_axis(0.0, 1.0, n);
   Boundaries faces = all_faces(BoundaryKind::periodic);
   const auto a = static_cast<std::size_t>(axis);
-  faces[2 * a].kind = faces[2 * a + 1].kind = BoundaryKind::no_slip_wall;
+  faces[2 * a].kind = faces[2 * a + 1].kind = BoundaryKind::wall;
   Flow flow(g, faces, o);
   flow.set_state([&](double x, double y, double z) {
     const double s = axis == 0 ? x : (axis == 1 ? y : z);
