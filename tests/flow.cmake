@@ -1,7 +1,7 @@
 # Tests of the flow core; see ocublast_test in CMakeLists.txt.
 ocublast_test(NAME test_flow_grid LABEL unit SOURCES unit/flow_grid.cpp LIBRARIES ocublast_flow_grid)
 
-foreach(name shock_tube smooth invariants)
+foreach(name shock_tube smooth invariants viscous)
   ocublast_test(NAME test_flow_${name} LABEL verification SOURCES verification/flow_${name}.cpp
                 LIBRARIES ocublast_flow_core TIMEOUT 120)
   target_include_directories(test_flow_${name} PRIVATE ${CMAKE_SOURCE_DIR})

@@ -124,6 +124,7 @@ struct Context {
   double cap = 0;           ///< 1/s: nu* <= cap n_present / sum 1/h^2
   // Physical viscosity: mu = mu0 (constant) or Sutherland's; conductivity = heat_per_viscosity mu.
   double mu0 = 0, sutherland_T0 = 0, sutherland_S = 0;
+  double nodal_radius[3] = {};    ///< spectral radius by h^2 of the nodal diffusion along each direction
   double heat_per_viscosity = 0;  ///< J/(kg K), cp over the Prandtl number
   bool sutherland = false;
   // Stage.

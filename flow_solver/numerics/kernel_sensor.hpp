@@ -19,8 +19,6 @@ inline constexpr double gauss[5] = {3565.0 / 10368.0, 3091.0 / 12960.0, 1997.0 /
 // (largest product of both symbols), and the narrow second difference.
 inline constexpr double bulk_radius = 1.79;
 inline constexpr double narrow_radius = 4.0;
-// The compact derivative of sixth-order slopes: 3.04 with compact 6, 3.17 with compact 8.
-inline constexpr double nodal_radius = 3.21;
 
 OCU_INLINE Index stride_of(const Block& b, int axis) { return axis == 0 ? 1 : (axis == 1 ? b.sj : b.sk); }
 
@@ -250,12 +248,13 @@ OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Di
   const Block& b = ctx.W;
   double* w = b.data + i0 + j * b.sj + k * b.sk;
   const Vec rho = load(w), T = load(w + 4 * b.sf);
-  Vec inverse_h2 = splat(0.0);
+  Vec inverse_h2 = splat(0.0), nodal_h2 = splat(0.0);
   double directions = 0.0;
   for (int a = 0; a < 3; ++a) {
     if (!ctx.present[a]) continue;
     const Vec inverse = along(m.inverse, a, i0, j, k);
     inverse_h2 = inverse_h2 + inverse * inverse;
+    nodal_h2 = nodal_h2 + splat(ctx.nodal_radius[a]) * inverse * inverse;
     directions += 1.0;
   }
   const Vec nu_cap = splat(ctx.cap * directions) / inverse_h2;
@@ -264,19 +263,18 @@ OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Di
   const Vec beta_nu = vmin(splat(ctx.C_beta) * s.bulk, nu_cap);
   Vec kappa = vmin(splat(ctx.C_kappa) * (c / T) * s.heat * splat(heat_to_nu), nu_cap) * rho *
               splat(1.0 / heat_to_nu);
-  Vec motion = splat(ctx.paper ? nodal_radius : bulk_radius) * beta_nu;
-  Vec heat = splat((ctx.paper ? nodal_radius : narrow_radius) * heat_to_nu) * kappa / rho;
+  Vec motion = (ctx.paper ? nodal_h2 : splat(bulk_radius) * inverse_h2) * beta_nu;
+  Vec heat = (ctx.paper ? nodal_h2 : splat(narrow_radius) * inverse_h2) * splat(heat_to_nu) * kappa / rho;
   if (ctx.nodal_stress) {
     const Vec mu_gas = gas_viscosity(ctx, T);
     const Vec mu = vmin(splat(ctx.C_mu) * s.shear, nu_cap) * rho;
     store(w + field_mu * b.sf, mu);
-    motion = motion + splat(nodal_radius * 4.0 / 3.0) * (mu + mu_gas) / rho;
-    heat = heat + splat(nodal_radius * heat_to_nu * ctx.heat_per_viscosity) * mu_gas / rho;
+    motion = motion + splat(4.0 / 3.0) * nodal_h2 * (mu + mu_gas) / rho;
+    heat = heat + nodal_h2 * splat(heat_to_nu * ctx.heat_per_viscosity) * mu_gas / rho;
   }
-  const Vec rate = vmax(motion, heat);
   store(w + field_beta * b.sf, beta_nu * rho);
   store(w + field_kappa * b.sf, kappa);
-  return rate * inverse_h2;
+  return vmax(motion, heat);
 }
 
 inline void diffusivity_plane(const Context& shared, double* scratch, int k, PlaneMaxima& out) {
