@@ -198,7 +198,7 @@ void Flow::Core::set_radial() {
   if (boundaries[0].kind == BoundaryKind::periodic) {
     throw CaseError("flow.boundary.x_min: a radius cannot be periodic");
   }
-  const auto mirrored = [&](std::size_t face) { return lane_end(boundaries[face].kind) != LaneEnd::domain_ghost; };
+  const auto mirrored = [&](std::size_t face) { return lane_end(boundaries[face]) != LaneEnd::domain_ghost; };
   radial = make_radial_metric(grid, mirrored(0), mirrored(1));
   radial_table = make_radial_table(table[0], radial.power, r.min == 0.0);
 }

@@ -91,12 +91,9 @@ struct GasVec {
       : R(splat(c.gas_constant)), inverse_gm1(splat(1.0 / (c.gamma - 1.0))) {}
 };
 
-/// Flux along D with the bulk pressure, and with the stress where it is nodal: seed eqs. 4-9, E + p
-/// from (rho, u, T).
-template <int D, int Visc>
-OCU_INLINE Flux nodal_flux(const GasVec& gas, const Source& src, Index at) {
-  const double* p = src.p + at * src.sl;
-  const Index sf = src.sf;
+/// Convective flux along D with the bulk pressure: seed eqs. 4-7, E + p from (rho, u, T).
+template <int D>
+OCU_INLINE Flux nodal_flux(const GasVec& gas, const double* p, Index sf) {
   const Vec rho = load(p), u = load(p + sf), v = load(p + 2 * sf), w = load(p + 3 * sf);
   const Vec pressure = rho * gas.R * load(p + 4 * sf);
   const Vec total = pressure + load(p + field_bulk * sf);
@@ -110,6 +107,13 @@ OCU_INLINE Flux nodal_flux(const GasVec& gas, const Source& src, Index at) {
   f.q[3] = m * w;
   f.q[1 + D] = f.q[1 + D] + total;
   f.q[4] = un * (pressure * gas.inverse_gm1 + kinetic + total);
+  return f;
+}
+
+/// The same at a node of a line, less the stress where that is nodal (seed eqs. 8 and 9).
+template <int D, int Visc>
+OCU_INLINE Flux line_flux(const GasVec& gas, const Source& src, Index at) {
+  Flux f = nodal_flux<D>(gas, src.p + at * src.sl, src.sf);
   if constexpr (Visc == nodal_viscosity) {
     for (int c = 0; c < 4; ++c) f.q[1 + c] = f.q[1 + c] - load(src.g[c] + at * src.gl);
   }
@@ -193,13 +197,13 @@ OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const 
   int i = begin;
   for (; i < end && s.seen < width - 1; ++i, ++s.seen) {
     diffusive_face<D>(s, src, i, i, coef, buf);
-    s.w[s.seen] = nodal_flux<D, Visc>(gas, src, i);
+    s.w[s.seen] = line_flux<D, Visc>(gas, src, i);
   }
   if (i >= end) return;
   if constexpr (Eight) {
     for (; i < end; ++i) {
       diffusive_face<D>(s, src, i, i, coef, buf);
-      s.w[5] = nodal_flux<D, Visc>(gas, src, i);
+      s.w[5] = line_flux<D, Visc>(gas, src, i);
       eliminate_face<D>(s.face, s.w[1], s.w[2], s.w[3], s.w[4], s.w, i - lag, coef, buf);
       for (int m = 0; m < 5; ++m) s.w[m] = s.w[m + 1];
     }
@@ -207,7 +211,7 @@ OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const 
     const auto step = [&](Flux& a, Flux& b, Flux& c, Flux& d, int node) {
       if constexpr (D == 2) prefetch_next(src.p + node * src.sl + src.next, src.sf, field_kappa + 1);
       diffusive_face<D>(s, src, node, node, coef, buf);
-      d = nodal_flux<D, Visc>(gas, src, node);
+      d = line_flux<D, Visc>(gas, src, node);
       eliminate_face<D>(s.face, a, b, c, d, nullptr, node - lag, coef, buf);
     };
     Flux w0 = s.w[0], w1 = s.w[1], w2 = s.w[2], w3;
@@ -236,7 +240,7 @@ OCU_INLINE void start_forward(Forward<Visc, Eight>& s, const GasVec& gas, const 
                               int first_node, int missing) {
   const double* p = src.p + first_node * src.sl;
   for (int q = 0; q < 5; ++q) s.face[q] = splat(0.0);
-  for (int m = 0; m < missing; ++m) s.w[m] = nodal_flux<D, Visc>(gas, src, first_node);
+  for (int m = 0; m < missing; ++m) s.w[m] = line_flux<D, Visc>(gas, src, first_node);
   s.seen = missing;
   s.T = load(p + 4 * src.sf);
   s.kappa = load(p + field_kappa * src.sf);

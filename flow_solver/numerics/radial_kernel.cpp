@@ -21,7 +21,7 @@ OCU_INLINE constexpr int radial_class(int q) { return q == 5 ? 1 : (q == 0 || q 
 
 void load_nodes(const Context& ctx, const double* const row[8], const double* const none[8], double* nodes) {
   for (int i0 = -tile_width; i0 < ctx.n[0] + n_ghost; i0 += tile_width) {
-    load_x_block<false>(ctx, row, none, i0, node_at(nodes, i0));
+    load_x_block<no_viscosity>(ctx, row, none, i0, node_at(nodes, i0));
   }
 }
 
