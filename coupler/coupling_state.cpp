@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -23,22 +24,75 @@ SharedValues SharedValues::from(std::vector<double> values) {
 
 namespace {
 
-constexpr std::string_view magic = "OCUSTAT1";
+constexpr std::string_view magic = "OCUSTAT2";
 
 /// The numbers of a state as they lie in the file.
 struct Fixed {
-  std::uint64_t case_hash, mesh_hash, window, n_values;
+  std::uint64_t case_hash, mesh_hash, window;
   double time, stable_flow, stable_solid, impedance, mass_per_area, theta_max, width_before;
-  std::uint64_t solid_at_rest, wall_current, load_zero, has_before;
+  std::uint64_t solid_at_rest, wall_current, load_zero;
   Balance balance;
+  std::uint64_t has_ahead;
+  TimeWindow ahead;
+  std::uint64_t ahead_idle, ahead_steps;
+  double ahead_work, ahead_impulse[3], ahead_impedance, ahead_stable_step;
+  std::array<std::uint64_t, 6> lengths;  ///< of the arrays that follow, in the order of arrays_of
 };
 static_assert(std::is_trivially_copyable_v<Fixed>);
 
+/// The arrays of a state in the order of the file; the last one only where the flow is ahead.
+std::array<SharedValues*, 6> arrays_of(CouplingState& s, SharedValues& ahead_load) {
+  return {&s.position, &s.velocity, &s.velocity_before, &s.acceleration, &s.load, &ahead_load};
+}
+
 Fixed to_fixed(const CouplingState& s, std::uint64_t case_hash, std::uint64_t mesh_hash) {
-  return {case_hash, mesh_hash, s.window, s.position.values.size(),
-          s.time, s.stable_flow, s.stable_solid, s.impedance, s.mass_per_area, s.theta_max,
-          s.width_before, s.solid_at_rest, s.wall_current, s.load_zero,
-          s.velocity_before.values.empty() ? 0U : 1U, s.balance};
+  Fixed f{};
+  f.case_hash = case_hash;
+  f.mesh_hash = mesh_hash;
+  f.window = s.window;
+  f.time = s.time;
+  f.stable_flow = s.stable_flow;
+  f.stable_solid = s.stable_solid;
+  f.impedance = s.impedance;
+  f.mass_per_area = s.mass_per_area;
+  f.theta_max = s.theta_max;
+  f.width_before = s.width_before;
+  f.solid_at_rest = s.solid_at_rest;
+  f.wall_current = s.wall_current;
+  f.load_zero = s.load_zero;
+  f.balance = s.balance;
+  if (!s.ahead) return f;
+  f.has_ahead = 1;
+  f.ahead = s.ahead->window;
+  f.ahead_idle = s.ahead->idle;
+  f.ahead_steps = s.ahead->steps;
+  f.ahead_work = s.ahead->work;
+  std::copy(s.ahead->impulse.begin(), s.ahead->impulse.end(), f.ahead_impulse);
+  f.ahead_impedance = s.ahead->impedance;
+  f.ahead_stable_step = s.ahead->stable_step;
+  return f;
+}
+
+CouplingState from_fixed(const Fixed& f) {
+  CouplingState s;
+  s.window = f.window;
+  s.time = f.time;
+  s.stable_flow = f.stable_flow;
+  s.stable_solid = f.stable_solid;
+  s.impedance = f.impedance;
+  s.mass_per_area = f.mass_per_area;
+  s.theta_max = f.theta_max;
+  s.width_before = f.width_before;
+  s.solid_at_rest = f.solid_at_rest != 0;
+  s.wall_current = f.wall_current != 0;
+  s.load_zero = f.load_zero != 0;
+  s.balance = f.balance;
+  if (f.has_ahead == 0) return s;
+  s.ahead = FlowAhead{.window = f.ahead, .idle = f.ahead_idle != 0,
+                      .steps = static_cast<std::uint32_t>(f.ahead_steps), .work = f.ahead_work,
+                      .impulse = {f.ahead_impulse[0], f.ahead_impulse[1], f.ahead_impulse[2]},
+                      .impedance = f.ahead_impedance, .stable_step = f.ahead_stable_step, .load = {}};
+  return s;
 }
 
 void add_values(std::string& out, std::span<const double> values) {
@@ -58,12 +112,14 @@ std::uint64_t hash_of(std::string_view bytes) { return link::checksum(std::as_by
 
 void write_state(const std::filesystem::path& directory, const CouplingState& state,
                  std::uint64_t case_hash, std::uint64_t mesh_hash) {
-  const Fixed fixed = to_fixed(state, case_hash, mesh_hash);
+  Fixed fixed = to_fixed(state, case_hash, mesh_hash);
+  CouplingState copy = state;
+  SharedValues ahead_load = state.ahead ? state.ahead->load : SharedValues{};
+  const auto arrays = arrays_of(copy, ahead_load);
+  for (std::size_t k = 0; k < arrays.size(); ++k) fixed.lengths[k] = arrays[k]->values.size();
   std::string bytes(magic);
   bytes.append(reinterpret_cast<const char*>(&fixed), sizeof fixed);
-  add_values(bytes, state.position.values);
-  add_values(bytes, state.velocity.values);
-  add_values(bytes, state.velocity_before.values);
+  for (const SharedValues* array : arrays) add_values(bytes, array->values);
   const std::uint64_t hash = hash_of(bytes);
   bytes.append(reinterpret_cast<const char*>(&hash), sizeof hash);
   const auto file = directory / "coupler.state";
@@ -80,32 +136,22 @@ StoredState read_state(const std::filesystem::path& directory) {
   Fixed fixed{};
   constexpr std::size_t overhead = magic.size() + sizeof(Fixed) + sizeof(std::uint64_t);
   if (bytes.size() < overhead || !bytes.starts_with(magic))
-    throw LinkError(fmt::format("{}: missing or not a coupler's state", file.string()));
+    throw LinkError(fmt::format("{}: missing, or not a coupler's state of this version", file.string()));
   std::uint64_t hash = 0;
   std::memcpy(&hash, bytes.data() + bytes.size() - sizeof hash, sizeof hash);
   std::memcpy(&fixed, bytes.data() + magic.size(), sizeof fixed);
-  const std::size_t n = fixed.n_values;
+  std::uint64_t n_values = 0;
+  for (const auto length : fixed.lengths) n_values += length;
   if (hash != hash_of(std::string_view(bytes).substr(0, bytes.size() - sizeof hash)) ||
-      bytes.size() != overhead + (2 + fixed.has_before) * n * sizeof(double))
+      bytes.size() != overhead + n_values * sizeof(double))
     throw LinkError(fmt::format("{}: damaged; resume from another checkpoint", file.string()));
-  StoredState stored{.case_hash = fixed.case_hash, .mesh_hash = fixed.mesh_hash};
-  CouplingState& s = stored.state;
-  s.window = fixed.window;
-  s.time = fixed.time;
-  s.stable_flow = fixed.stable_flow;
-  s.stable_solid = fixed.stable_solid;
-  s.impedance = fixed.impedance;
-  s.mass_per_area = fixed.mass_per_area;
-  s.theta_max = fixed.theta_max;
-  s.width_before = fixed.width_before;
-  s.solid_at_rest = fixed.solid_at_rest != 0;
-  s.wall_current = fixed.wall_current != 0;
-  s.load_zero = fixed.load_zero != 0;
-  s.balance = fixed.balance;
+  StoredState stored{.state = from_fixed(fixed), .case_hash = fixed.case_hash, .mesh_hash = fixed.mesh_hash};
+  SharedValues ahead_load;
+  const auto arrays = arrays_of(stored.state, ahead_load);
   std::size_t at = magic.size() + sizeof fixed;
-  s.position = take_values(bytes, at, n);
-  s.velocity = take_values(bytes, at, n);
-  if (fixed.has_before != 0) s.velocity_before = take_values(bytes, at, n);
+  for (std::size_t k = 0; k < arrays.size(); ++k)
+    if (fixed.lengths[k] > 0) *arrays[k] = take_values(bytes, at, fixed.lengths[k]);
+  if (stored.state.ahead) stored.state.ahead->load = ahead_load;
   return stored;
 }
 

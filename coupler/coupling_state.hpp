@@ -3,11 +3,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "coupler/balance.hpp"
+#include "coupler/time_window.hpp"
 
 namespace ocublast::coupler {
 
@@ -17,6 +19,18 @@ struct SharedValues {
   std::span<const double> values;
 
   [[nodiscard]] static SharedValues from(std::vector<double> values);
+};
+
+/// A window that the flow has finished and the solid has not (pipelined coupling).
+struct FlowAhead {
+  TimeWindow window;
+  bool idle = false;                 ///< its load is exactly zero
+  std::uint32_t steps = 0;           ///< taken by the flow
+  double work = 0.0;                 ///< J, by the flow's quadrature
+  std::array<double, 3> impulse{};   ///< N s
+  double impedance = 0.0;            ///< kg/(m^2 s)
+  double stable_step = 0.0;          ///< s, of the flow after it
+  SharedValues load;                 ///< [n] Pa at its end, empty when idle
 };
 
 /// All the coupler knows between two windows: what a checkpoint holds, next to those of the solvers.
@@ -35,6 +49,13 @@ struct CouplingState {
   SharedValues position;           ///< [n,3] m
   SharedValues velocity;           ///< [n,3] m/s
   SharedValues velocity_before;    ///< [n,3] m/s
+  SharedValues acceleration;       ///< [n,3] m/s^2, where the solid was asked for it
+  SharedValues load;               ///< [n] Pa at the end of the window (parallel implicit coupling)
+  std::optional<FlowAhead> ahead;
+
+  /// Where the flow stands: the window ahead, or the one both have finished.
+  [[nodiscard]] std::uint64_t flow_window() const { return ahead ? ahead->window.number : window; }
+  [[nodiscard]] double flow_time() const { return ahead ? ahead->window.t_end : time; }
   Balance balance;
 };
 

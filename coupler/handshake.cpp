@@ -17,8 +17,8 @@ namespace {
 
 class Progress {
  public:
-  Progress(Partners& partners, Server& server, std::uint64_t window, double time)
-      : partners_(partners), server_(server), window_(window), time_(time) {}
+  Progress(Partners& partners, Server& server, const CouplingState& state)
+      : partners_(partners), server_(server), state_(state) {}
 
   [[nodiscard]] bool done() const { return ready_[0] && ready_[1]; }
   /// Whom to blame when nothing more comes, and for what.
@@ -38,8 +38,7 @@ class Progress {
 
   Partners& partners_;
   Server& server_;
-  std::uint64_t window_;
-  double time_;
+  const CouplingState& state_;
   Handshake result_;
   bool mesh_here_ = false;
   bool mesh_sent_ = false;
@@ -103,23 +102,26 @@ void Progress::accept_ready(Incoming message) {
   if (header.mesh_hash != result_.mesh.mesh_hash)
     throw PartnerFault(role, fmt::format("READY for the mesh {:016x}, the run's mesh is {:016x}",
                                          header.mesh_hash, result_.mesh.mesh_hash));
-  if (header.window != window_ || header.time != time_)
+  const std::uint64_t window = role == Role::flow ? state_.flow_window() : state_.window;
+  const double time = role == Role::flow ? state_.flow_time() : state_.time;
+  if (header.window != window || header.time != time)
     throw PartnerFault(role, fmt::format("stands at window {}, t = {} s; the coupler at window {}, "
-                                         "t = {} s", header.window, header.time, window_, time_));
+                                         "t = {} s", header.window, header.time, window, time));
   if (header.fields != 0 && (role == Role::flow || header.n_vertices != result_.mesh.n_vertices))
     throw PartnerFault(role, "READY with a motion that does not fit the mesh");
   const std::size_t i = role == Role::flow ? 0 : 1;
   result_.ready[i] = header;
   ready_[i] = true;
+  server_.set_reads_memory(role, header.shares_memory);
   partners_.set_computing(role, false);
   if (role == Role::solid) result_.solid_ready = std::make_shared<Incoming>(std::move(message));
 }
 
 }  // namespace
 
-Handshake shake_hands(Partners& partners, Server& server, double limit, std::uint64_t window,
-                      double time) {
-  Progress progress(partners, server, window, time);
+Handshake shake_hands(Partners& partners, Server& server, double limit,
+                      const CouplingState& state) {
+  Progress progress(partners, server, state);
   const auto deadline = Clock::now() + link::seconds(limit);
   partners.set_computing(Role::flow, true);
   partners.set_computing(Role::solid, true);

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 
+#include "coupler/coupling_state.hpp"
 #include "coupler/partners.hpp"
 
 namespace ocublast::coupler {
@@ -18,8 +19,8 @@ struct Handshake {
 };
 
 /// HELLO -> WELCOME -> MESH -> READY with both participants, in any order, within `limit` [s].
-/// Mesh hashes must agree, both must stand at `window` and `time` [s].
+/// Mesh hashes must agree, both must stand where `state` has them.
 [[nodiscard]] Handshake shake_hands(Partners& partners, Server& server, double limit,
-                                    std::uint64_t window, double time);
+                                    const CouplingState& state);
 
 }  // namespace ocublast::coupler

@@ -5,15 +5,15 @@
 namespace ocublast::coupler {
 namespace {
 
-void predict_second_order(const WallHistory& history, double width, std::span<double> position,
+__attribute__((target_clones("avx512f", "avx2", "default"))) void predict_second_order(const WallHistory& history, double width, std::span<double> position,
                           std::span<double> velocity) noexcept {
   const double ratio = width / history.width_before;
   const double half_width = 0.5 * width;
   const double* x = history.position.data();
   const double* v = history.velocity.data();
   const double* v_before = history.velocity_before.data();
-  double* x_star = position.data();
-  double* v_star = velocity.data();
+  double* __restrict x_star = position.data();
+  double* __restrict v_star = velocity.data();
   const std::size_t n = position.size();
   for (std::size_t i = 0; i < n; ++i) {
     const double v_end = v[i] + ratio * (v[i] - v_before[i]);
@@ -22,10 +22,23 @@ void predict_second_order(const WallHistory& history, double width, std::span<do
   }
 }
 
+void predict_with_acceleration(const WallHistory& history, double width, std::span<double> position,
+                               std::span<double> velocity) noexcept {
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    const double dv = width * history.acceleration[i];
+    position[i] = history.position[i] + width * (history.velocity[i] + 0.5 * dv);
+    velocity[i] = history.velocity[i] + dv;
+  }
+}
+
 }  // namespace
 
 void predict_wall(const WallHistory& history, int order, double width, std::span<double> position,
                   std::span<double> velocity) noexcept {
+  if (order >= 2 && !history.acceleration.empty()) {
+    predict_with_acceleration(history, width, position, velocity);
+    return;
+  }
   if (order >= 2 && history.width_before > 0.0) {
     predict_second_order(history, width, position, velocity);
     return;

@@ -10,14 +10,16 @@ struct WallHistory {
   std::span<const double> velocity;           ///< [n,3] m/s, at t(n)
   std::span<const double> velocity_before;    ///< [n,3] m/s, at t(n) - width_before
   double width_before = 0.0;                  ///< s
+  std::span<const double> acceleration;       ///< [n,3] m/s^2, at t(n), the solid's own; may be empty
 };
 
-/// Predicts the wall at the end of a window of `width` [s] into `position` and `velocity` [n,3].
+/// Predicts the wall `width` [s] after t(n) into `position` and `velocity` [n,3].
 /// Order 0: frozen. Order 1: x + w v, v. Order 2: the acceleration of the last window goes on,
 ///   a = (v(n) - v(n-1)) / w(n-1),  x* = x + w v + w^2 a / 2,  v* = v + w a,
 /// which for equal windows is x + w (3/2 v(n) - 1/2 v(n-1)) and 2 v(n) - v(n-1)
 /// (Piperno, Farhat, Larrouturou 1995, Comput. Methods Appl. Mech. Engrg. 124, generalised to
-/// windows of changing width).
+/// windows of changing width). With the solid's own acceleration that takes the place of a: central
+/// differences then have x* itself at the end of one step (leap-frog across the interface).
 void predict_wall(const WallHistory& history, int order, double width, std::span<double> position,
                   std::span<double> velocity) noexcept;
 

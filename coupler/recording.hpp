@@ -7,6 +7,7 @@
 #include <fstream>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -63,25 +64,41 @@ class TrafficWriter {
   /// payload. The payload's content is shared with the caller and must not change afterwards.
   std::uint64_t append(Direction direction, std::string_view header, zmq::message_t& payload,
                        std::optional<std::uint64_t> same_as = {});
+  /// The same for a payload in shared memory, which must stay until wait_written(number). The record
+  /// holds the message as it would have been sent in two frames: with a checksum, without a place.
+  std::uint64_t append(Direction direction, const link::Header& header,
+                       std::span<const std::byte> memory, std::optional<std::uint64_t> same_as = {});
+  /// Waits until the record of this number has been written.
+  void wait_written(std::uint64_t number);
   /// Hands everything to the writing thread. Throws LinkError when an earlier write failed.
   void flush();
   /// Writes index and footer and closes. Throws LinkError when anything could not be written.
   void close();
 
  private:
-  struct Piece {
-    std::string bytes;        ///< record head and header, maybe several records
-    zmq::message_t payload;   ///< written after `bytes`
+  /// A record before it is put into its form, which is the thread's work.
+  struct Entry {
+    Direction direction = Direction::from_flow;
+    std::uint64_t number = 0;
+    std::uint64_t nanoseconds = 0;
+    std::optional<std::uint64_t> same_as;
+    std::string header_bytes;
+    std::optional<link::Header> header;  ///< instead of the bytes, for a payload in memory
+    zmq::message_t payload;
+    std::span<const std::byte> memory;
   };
-  using Chunk = std::vector<Piece>;
+  using Chunk = std::vector<Entry>;
+  std::uint64_t add(Entry entry);
   void write_chunks();
+  void write_record(const Entry& entry);
+  void put(const void* data, std::size_t size);
+  void put_out();
   void write(const void* data, std::size_t size);
 
   std::filesystem::path file_;
   int fd_ = -1;
   std::uint64_t begin_ns_ = 0;
-  std::uint64_t offset_ = 0;
-  std::vector<std::uint64_t> index_;
+  std::uint64_t count_ = 0;
   Chunk chunk_;
   std::size_t chunk_bytes_ = 0;
 
@@ -92,6 +109,13 @@ class TrafficWriter {
   std::size_t queued_bytes_ = 0;                     ///< guarded by mutex_
   bool stop_ = false;                                ///< guarded by mutex_
   std::string failure_;                              ///< guarded by mutex_
+  std::uint64_t written_ = 0;                        ///< records on file; guarded by mutex_
+
+  // Of the thread, and of close() after it.
+  std::uint64_t offset_ = 0;
+  std::vector<std::uint64_t> index_;
+  std::string buffer_;
+  std::vector<std::uint64_t> checksums_;             ///< of the payload of each record
   std::thread thread_;
 };
 

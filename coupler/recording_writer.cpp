@@ -42,11 +42,10 @@ TrafficWriter::TrafficWriter(const std::filesystem::path& file,
   if (fd_ < 0)
     throw LinkError(fmt::format("{}: cannot be created: {}", file.string(), std::strerror(errno)));
   const std::string text = traffic::to_text(description);
-  std::string begin(traffic::magic);
-  add_bytes(begin, static_cast<std::uint32_t>(text.size()));
-  begin += text;
-  offset_ = chunk_bytes_ = begin.size();
-  chunk_.push_back({std::move(begin), {}});
+  buffer_ = traffic::magic;
+  add_bytes(buffer_, static_cast<std::uint32_t>(text.size()));
+  buffer_ += text;
+  offset_ = buffer_.size();
   thread_ = std::thread([this] { write_chunks(); });
 }
 
@@ -60,29 +59,28 @@ TrafficWriter::~TrafficWriter() {
 
 std::uint64_t TrafficWriter::append(Direction direction, std::string_view header,
                                     zmq::message_t& payload, std::optional<std::uint64_t> same_as) {
-  const std::uint64_t number = index_.size();
-  traffic::RecordHead head;
-  head.header_length = static_cast<std::uint32_t>(header.size());
-  head.payload_length = same_as ? 0 : payload.size();
-  head.number = number;
-  head.nanoseconds = monotonic_ns() - begin_ns_;
-  head.payload_of = same_as.value_or(number);
-  head.direction = static_cast<std::uint32_t>(direction);
-  head.checksum = traffic::record_checksum(head, header);
-  if (chunk_.empty() || chunk_.back().payload.size() > 0) chunk_.emplace_back();
-  std::string& bytes = chunk_.back().bytes;
-  add_bytes(bytes, head);
-  bytes += header;
-  if (head.payload_length > copied_payload_bytes)
-    chunk_.back().payload.copy(payload);
-  else if (head.payload_length > 0)
-    bytes.append(static_cast<const char*>(payload.data()), payload.size());
-  index_.push_back(offset_);
-  const std::size_t size = sizeof head + header.size() + head.payload_length;
-  offset_ += size;
-  chunk_bytes_ += size;
+  Entry entry{.direction = direction, .same_as = same_as, .header_bytes = std::string(header)};
+  if (!same_as) entry.payload.copy(payload);
+  return add(std::move(entry));
+}
+
+std::uint64_t TrafficWriter::append(Direction direction, const link::Header& header,
+                                    std::span<const std::byte> memory,
+                                    std::optional<std::uint64_t> same_as) {
+  Entry entry{.direction = direction, .same_as = same_as};
+  entry.header = header;
+  entry.memory = memory;
+  return add(std::move(entry));
+}
+
+std::uint64_t TrafficWriter::add(Entry entry) {
+  entry.number = count_++;
+  entry.nanoseconds = monotonic_ns() - begin_ns_;
+  chunk_bytes_ += sizeof(traffic::RecordHead) + entry.header_bytes.size() + entry.payload.size() +
+                  entry.memory.size();
+  chunk_.push_back(std::move(entry));
   if (chunk_bytes_ >= portion_bytes) flush();
-  return number;
+  return count_ - 1;
 }
 
 void TrafficWriter::flush() {
@@ -95,6 +93,60 @@ void TrafficWriter::flush() {
   chunk_.clear();
   chunk_bytes_ = 0;
   wake_.notify_one();
+}
+
+void TrafficWriter::wait_written(std::uint64_t number) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (written_ > number) return;
+  }
+  flush();
+  std::unique_lock lock(mutex_);
+  room_.wait(lock, [&] { return written_ > number || !failure_.empty(); });
+  if (!failure_.empty()) throw LinkError(failure_);
+}
+
+/// Small pieces gather in the buffer, large ones go straight to the file.
+void TrafficWriter::put(const void* data, std::size_t size) {
+  offset_ += size;
+  if (size <= copied_payload_bytes) {
+    buffer_.append(static_cast<const char*>(data), size);
+    return;
+  }
+  put_out();
+  write(data, size);
+}
+
+void TrafficWriter::put_out() {
+  write(buffer_.data(), buffer_.size());
+  buffer_.clear();
+}
+
+void TrafficWriter::write_record(const Entry& entry) {
+  const auto* data = entry.header ? static_cast<const void*>(entry.memory.data()) : entry.payload.data();
+  const std::size_t size = entry.header ? entry.memory.size() : entry.payload.size();
+  std::string header = entry.header_bytes;
+  std::uint64_t payload_checksum = 0;
+  if (entry.header) {
+    link::Header plain = *entry.header;
+    plain.memory = {};
+    payload_checksum = entry.same_as ? checksums_[*entry.same_as] : link::checksum(entry.memory);
+    plain.payload_checksum = payload_checksum;
+    header = link::encode(plain);
+  }
+  checksums_.push_back(payload_checksum);
+  traffic::RecordHead head;
+  head.header_length = static_cast<std::uint32_t>(header.size());
+  head.payload_length = entry.same_as ? 0 : size;
+  head.number = entry.number;
+  head.nanoseconds = entry.nanoseconds;
+  head.payload_of = entry.same_as.value_or(entry.number);
+  head.direction = static_cast<std::uint32_t>(entry.direction);
+  head.checksum = traffic::record_checksum(head, header);
+  index_.push_back(offset_);
+  put(&head, sizeof head);
+  put(header.data(), header.size());
+  if (head.payload_length > 0) put(data, head.payload_length);
 }
 
 void TrafficWriter::write(const void* data, std::size_t size) {
@@ -122,13 +174,13 @@ void TrafficWriter::write_chunks() {
     auto [chunk, bytes] = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
-    for (const Piece& piece : chunk) {
-      write(piece.bytes.data(), piece.bytes.size());
-      write(piece.payload.data(), piece.payload.size());
-    }
+    for (const Entry& entry : chunk) write_record(entry);
+    put_out();
+    const std::uint64_t done = index_.size();
     chunk.clear();
     lock.lock();
     queued_bytes_ -= bytes;
+    written_ = done;
     room_.notify_one();
   }
 }
@@ -151,6 +203,7 @@ void TrafficWriter::close() {
   footer.index_offset = offset_;
   const auto index = std::as_bytes(std::span(index_));
   footer.index_checksum = link::checksum(index);
+  if (failure_.empty()) put_out();
   if (failure_.empty()) write(index.data(), index.size());
   if (failure_.empty()) write(&footer, sizeof footer);
   if (::close(std::exchange(fd_, -1)) != 0 && failure_.empty())

@@ -35,7 +35,8 @@ class Replay {
         server_({.endpoint = place_.endpoint(), .run_id = link::make_run_id(), .token = start_.token(),
                  .case_hash = settings.case_hash, .silence_limit = settings.silence_limit,
                  .max_message = 1e6 * settings.max_message, .keys = start_.coupler_keys(),
-                 .accepts_flow = live == Role::flow, .accepts_solid = live == Role::solid}, log),
+                 .accepts_flow = live == Role::flow, .accepts_solid = live == Role::solid,
+                 .share_memory = settings.share_memory}, log),
         partners_(server_, signals_, {settings.silence_limit, settings.step_limit}, log) {
     if (options.await) start_.announce(server_.endpoint(), settings.silence_limit);
     else partners_.start(start_.child(live, server_.endpoint(), settings.silence_limit));

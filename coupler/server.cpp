@@ -33,6 +33,7 @@ Server::Server(const Setup& setup, std::shared_ptr<spdlog::logger> log)
     socket_.set(zmq::sockopt::curve_secretkey, setup.keys->own.secret_key);
     socket_.set(zmq::sockopt::zap_domain, std::string("ocublast"));
   }
+  if (setup.share_memory && setup.endpoint.starts_with("ipc://")) probe_.emplace();
   link::set_common_options(socket_, setup.silence_limit);
   socket_.set(zmq::sockopt::router_mandatory, 1);
   socket_.set(zmq::sockopt::sndtimeo, send_limit_ms);
@@ -110,6 +111,11 @@ std::optional<Incoming> Server::receive() {
     if (in.header.seq != known->received + 1)
       throw LinkError(fmt::format("message refused: {} has number {}, expected {}",
                                   to_word(in.header.kind), in.header.seq, known->received + 1));
+    if (in.header.memory.pid != 0) {
+      if (!probe_ || in.header.payload_bytes == 0 || in.frames.payload.size() != 0)
+        throw LinkError("message refused: a payload in memory that was not agreed on");
+      in.memory = memory_.view(in.header.memory, in.header.payload_bytes);
+    }
   } catch (const LinkError& error) {
     if (known != nullptr) throw PartnerFault(in.role, error.what());
     dismiss(routing_id, error.what());
@@ -153,6 +159,10 @@ void Server::greet(const std::string& routing_id, const zmq::message_t& frame, c
   Header welcome;
   welcome.kind = Kind::welcome;
   welcome.silence_limit = setup_.silence_limit;
+  if (probe_ && hello.memory.pid != 0 && memory_.finds(hello.memory, hello.memory_mark)) {
+    welcome.memory = probe_->place();
+    welcome.memory_mark = probe_->mark();
+  }
   send(hello.role, std::move(welcome));
   log_->info("{} is {}", to_word(hello.role), hello.program);
 }
@@ -187,7 +197,8 @@ std::string Server::send(Role role, Header header, zmq::message_t& payload) {
   Peer& p = peer(role);
   header.run_id = setup_.run_id;
   header.seq = p.sent + 1;
-  header.payload_bytes = payload.size();
+  const bool in_memory = header.memory.pid != 0 && header.kind == Kind::step;
+  if (!in_memory) header.payload_bytes = payload.size();
   if (header.payload_checksum == 0)
     header.payload_checksum =
         link::checksum({static_cast<const std::byte*>(payload.data()), payload.size()});

@@ -31,10 +31,11 @@ struct Incoming {
   link::Header header;
   link::Frames frames;
   std::vector<double> aside;  ///< holds the payload where the frame is not aligned
+  std::span<const std::byte> memory;  ///< the payload where it came through shared memory
 
   /// Payload aligned for doubles; valid until the message is moved.
   [[nodiscard]] std::span<const std::byte> payload() {
-    return link::aligned_payload(frames.payload, aside);
+    return memory.empty() ? link::aligned_payload(frames.payload, aside) : memory;
   }
 };
 
@@ -62,6 +63,7 @@ class Server {
     std::optional<link::CouplerKeys> keys;       ///< for tcp
     bool accepts_flow = true;
     bool accepts_solid = true;
+    bool share_memory = true;                    ///< ipc: payloads through shared memory
   };
   Server(const Setup& setup, std::shared_ptr<spdlog::logger> log);
 
@@ -74,13 +76,17 @@ class Server {
   /// yet (see link::check_payload).
   [[nodiscard]] std::optional<Incoming> take();
   /// Sends header and payload; numbers, run id and checksum are filled in (the checksum only where
-  /// `payload_checksum` is 0). Returns the header frame as sent.
+  /// `payload_checksum` is 0, length and checksum not where header.memory names the payload). Returns the header frame as sent.
   std::string send(link::Role role, link::Header header, zmq::message_t& payload);
   std::string send(link::Role role, link::Header header);
   /// Tells a participant that the coupler is alive; dropped when its queue is full.
   void send_wait(link::Role role, const std::string& reason);
   /// Tells both why the run ends; never throws.
   void abort_all(const std::string& reason, int exit_code) noexcept;
+
+  /// Whether a participant can read the coupler's memory (READY says so).
+  [[nodiscard]] bool reads_memory(link::Role role) const { return peer(role).reads_memory; }
+  void set_reads_memory(link::Role role, bool reads) { peer(role).reads_memory = reads; }
 
   [[nodiscard]] bool admitted(link::Role role) const { return peer(role).admitted; }
   /// Whether the connection of an admitted participant was lost.
@@ -91,6 +97,7 @@ class Server {
   struct Peer {
     bool admitted = false;
     bool lost = false;
+    bool reads_memory = false;
     std::string routing_id;
     int fd = -1;
     std::uint64_t received = 0;
@@ -115,6 +122,8 @@ class Server {
   zmq::socket_t socket_;
   std::optional<link::ConnectionMonitor> monitor_;
   std::array<Peer, 2> peers_;
+  std::optional<link::MemoryProbe> probe_;
+  link::MemoryReader memory_;
   bool something_read_ = false;
 };
 

@@ -15,9 +15,9 @@
 #include "coupler/link/checkpoint_place.hpp"
 #include "coupler/link/payload.hpp"
 #include "coupler/recording.hpp"
+#include "coupler/scheme.hpp"
 #include "coupler/socket_place.hpp"
 #include "coupler/solver_start.hpp"
-#include "coupler/window_exchange.hpp"
 #include "coupler/window_log.hpp"
 
 namespace ocublast::coupler {
@@ -49,6 +49,9 @@ class Session {
   void start_state(Handshake& hands);
   void advance();
   [[nodiscard]] int predictor_order(double width);
+  [[nodiscard]] bool implicit() const {
+    return settings_.scheme == SchemeKind::serial_implicit || settings_.scheme == SchemeKind::parallel_implicit;
+  }
   [[nodiscard]] bool checkpoint_due() const;
   void write_checkpoint();
   void finish();
@@ -75,7 +78,8 @@ class Session {
   std::string phase_ = "during the handshake";
   std::optional<TrafficWriter> traffic_;
   std::optional<WindowLog> rows_;
-  std::optional<WindowExchange> exchange_;
+  std::optional<Exchange> exchange_;
+  std::unique_ptr<Scheme> scheme_;
   std::uint64_t last_checkpoint_window_ = 0;
   double last_checkpoint_time_ = 0.0;
   std::uint64_t first_window_ = 0;
@@ -102,7 +106,8 @@ Server::Setup server_setup(const Settings& settings, const SocketPlace& place,
           .case_hash = settings.case_hash,
           .silence_limit = settings.silence_limit,
           .max_message = 1e6 * settings.max_message,
-          .keys = start.coupler_keys()};
+          .keys = start.coupler_keys(),
+          .share_memory = settings.share_memory};
 }
 
 Session::Session(const RunOptions& options, const Settings& settings,
@@ -154,6 +159,10 @@ void Session::start_state(Handshake& hands) {
   state_.solid_at_rest = ready.fields == 0;
   state_.wall_current = ready.fields == 0;
   if (view.acceleration.empty()) return;
+  if (settings_.leap_frog) {
+    state_.acceleration = {hands.solid_ready, view.acceleration};
+    return;
+  }
   // A velocity one second ago that makes the predictor's backward difference this acceleration.
   std::vector<double> before(state_.velocity.values.begin(), state_.velocity.values.end());
   for (std::size_t i = 0; i < n; ++i) before[i] -= view.acceleration[i];
@@ -162,7 +171,7 @@ void Session::start_state(Handshake& hands) {
 }
 
 void Session::shake() {
-  Handshake hands = shake_hands(partners_, server_, settings_.start_limit, state_.window, state_.time);
+  Handshake hands = shake_hands(partners_, server_, settings_.start_limit, state_);
   mesh_hash_ = hands.mesh.mesh_hash;
   n_vertices_ = hands.mesh.n_vertices;
   if (resumed_) {
@@ -199,6 +208,7 @@ void Session::open_results() {
                                               .first_window = state_.window + 1});
   }
   exchange_.emplace(partners_, server_, settings_, n_vertices_, traffic_ ? &*traffic_ : nullptr);
+  scheme_ = make_scheme(*exchange_, settings_);
 }
 
 /// Order the stability figure theta = Z w / M allows (moving walls: order 2 up to 0.02, 1 to 0.04).
@@ -206,11 +216,13 @@ int Session::predictor_order(double width) {
   if (state_.impedance <= 0.0 || state_.mass_per_area <= 0.0) return settings_.predictor_order;
   const double theta = state_.impedance * width / state_.mass_per_area;
   state_.theta_max = std::max(state_.theta_max, theta);
+  if (implicit()) return settings_.predictor_order;
   if (theta > settings_.theta_refuse && !settings_.allow_unstable)
     throw NumericsError(fmt::format(
         "window {}, t = {:.6g} s: theta = {:.3g} (gas impedance {:.4g} kg/(m^2 s) x window {:.3g} s / "
         "solid mass per area {:.4g} kg/m^2) is above {:.3g}, where explicit coupling grows without "
-        "bound; use shorter windows (window = \"fixed\"), or coupling.allow_unstable = true",
+        "bound; use scheme = \"serial-implicit\", shorter windows (window = \"fixed\"), or "
+        "coupling.allow_unstable = true",
         window_.number, window_.t_begin, theta, state_.impedance, width, state_.mass_per_area,
         settings_.theta_refuse));
   if (theta <= settings_.theta_warn) return settings_.predictor_order;
@@ -222,14 +234,11 @@ int Session::predictor_order(double width) {
 
 void Session::advance() {
   const auto begin = Clock::now();
-  window_ = next_window({.rule = settings_.window, .fixed_width = settings_.window_width,
-                         .max_solid_steps = settings_.max_solid_steps,
-                         .end_time = settings_.common.end_time},
-                        state_.window, state_.time, state_.stable_flow, state_.stable_solid);
+  window_ = scheme_->next(state_);
   const int order = predictor_order(window_.width());
   const double theta = state_.mass_per_area > 0.0
                            ? state_.impedance * window_.width() / state_.mass_per_area : 0.0;
-  const WindowReports reports = exchange_->advance(state_, window_, order);
+  const WindowReports reports = scheme_->advance(state_, window_, order);
   const double elapsed = link::seconds_since(begin);
   const double overhead = elapsed - reports.flow.compute_seconds - reports.solid.compute_seconds;
   wall_.flow += reports.flow.compute_seconds;
@@ -240,7 +249,8 @@ void Session::advance() {
   WindowRow row{.window = window_, .steps_solid = reports.solid.steps,
                 .work_flow = reports.flow.work, .work_solid = reports.solid.work,
                 .impulse_flow = reports.flow.impulse, .impulse_solid = reports.solid.impulse,
-                .energy_error = state_.balance.energy_error(), .theta = theta, .overhead = overhead};
+                .energy_error = state_.balance.energy_error(), .theta = theta,
+                .iterations = reports.iterations, .residual = reports.residual, .overhead = overhead};
   row.window.steps_flow = reports.flow.steps;
   rows_->add(row);
   if (link::seconds_since(last_flush_) < flush_every) return;
@@ -264,7 +274,7 @@ void Session::write_checkpoint() {
   for (const Role role : {Role::flow, Role::solid}) {
     Header header;
     header.kind = Kind::checkpoint;
-    header.window = state_.window;
+    header.window = role == Role::flow ? state_.flow_window() : state_.window;
     header.directory = directory.string();
     server_.send(role, std::move(header));
     partners_.set_computing(role, true);
@@ -275,7 +285,7 @@ void Session::write_checkpoint() {
     const Role blame = done[0] ? Role::solid : Role::flow;
     const Incoming answer = partners_.await(blame, "DONE", settings_.start_limit);
     const std::size_t i = answer.role == Role::flow ? 0 : 1;
-    if (answer.header.kind != Kind::done || answer.header.window != state_.window || done[i])
+    if (answer.header.kind != Kind::done || answer.header.window != (i == 0 ? state_.flow_window() : state_.window) || done[i])
       throw PartnerFault(answer.role, fmt::format("sent {} while DONE was awaited",
                                                   to_word(answer.header.kind)));
     done[i] = true;

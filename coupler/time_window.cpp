@@ -22,7 +22,8 @@ double count_up(double quotient) {
 
 double widest(const WindowChoice& choice, double stable_flow, double stable_solid) {
   switch (choice.rule) {
-    case WindowRule::subcycle: return std::min(stable_flow, choice.max_solid_steps * stable_solid);
+    case WindowRule::subcycle:
+      return std::min(choice.max_flow_steps * stable_flow, choice.max_solid_steps * stable_solid);
     case WindowRule::lockstep: return std::min(stable_flow, stable_solid);
     case WindowRule::fixed: return choice.fixed_width;
   }

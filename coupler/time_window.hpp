@@ -22,6 +22,7 @@ struct TimeWindow {
 struct WindowChoice {
   WindowRule rule = WindowRule::subcycle;
   double fixed_width = 0.0;  ///< s
+  int max_flow_steps = 1;
   int max_solid_steps = 10;
   double end_time = 0.0;     ///< s
 };

@@ -22,6 +22,8 @@ Header comparable(Header header) {
   header.directory.clear();
   header.program.clear();
   header.token.clear();
+  header.memory = {};
+  header.shares_memory = false;
   return header;
 }
 
@@ -42,13 +44,14 @@ std::optional<std::string> differ(const Header& h, const char* name, double expe
 std::optional<std::string> differ_in_counts(const Header& a, const Header& b) {
   if (a.kind != b.kind)
     return fmt::format("window {}: recorded {}, found {}", a.window, to_word(a.kind), to_word(b.kind));
-  const std::array<std::pair<const char*, std::pair<std::uint64_t, std::uint64_t>>, 8> counts{{
+  const std::array<std::pair<const char*, std::pair<std::uint64_t, std::uint64_t>>, 9> counts{{
       {"window", {a.window, b.window}},
       {"fields", {a.fields, b.fields}},
       {"number of vertices", {a.n_vertices, b.n_vertices}},
       {"number of triangles", {a.n_triangles, b.n_triangles}},
       {"mesh hash", {a.mesh_hash, b.mesh_hash}},
       {"steps", {a.steps, b.steps}},
+      {"iteration", {a.iteration, b.iteration}},
       {"idle", {a.idle ? 1U : 0U, b.idle ? 1U : 0U}},
       {"payload bytes", {a.payload_bytes, b.payload_bytes}}}};
   for (const auto& [name, values] : counts)

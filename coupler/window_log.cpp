@@ -16,7 +16,7 @@ constexpr const char* columns =
     "time_s,window,steps_flow,steps_solid,work_flow_J,work_solid_J,"
     "impulse_flow_x_N_s,impulse_flow_y_N_s,impulse_flow_z_N_s,"
     "impulse_solid_x_N_s,impulse_solid_y_N_s,impulse_solid_z_N_s,"
-    "energy_error_J,theta,overhead_us\n";
+    "energy_error_J,theta,iterations,residual,overhead_us\n";
 
 std::string rows_up_to(const std::filesystem::path& file, std::uint64_t last_window) {
   std::ifstream in(file);
@@ -49,10 +49,10 @@ WindowLog::~WindowLog() {
 void WindowLog::add(const WindowRow& row) {
   // The shortest digits that read back as the same double: two runs can be compared exactly.
   const auto line = fmt::format(
-      "{},{},{},{},{},{},{},{},{},{},{},{},{},{:.4g},{:.1f}\n", row.window.t_end, row.window.number,
+      "{},{},{},{},{},{},{},{},{},{},{},{},{},{:.4g},{},{:.4g},{:.1f}\n", row.window.t_end, row.window.number,
       row.window.steps_flow, row.steps_solid, row.work_flow, row.work_solid, row.impulse_flow[0],
       row.impulse_flow[1], row.impulse_flow[2], row.impulse_solid[0], row.impulse_solid[1],
-      row.impulse_solid[2], row.energy_error, row.theta, 1e6 * row.overhead);
+      row.impulse_solid[2], row.energy_error, row.theta, row.iterations, row.residual, 1e6 * row.overhead);
   std::fputs(line.c_str(), out_);
 }
 

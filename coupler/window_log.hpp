@@ -19,6 +19,8 @@ struct WindowRow {
   std::array<double, 3> impulse_flow{}, impulse_solid{};           ///< N s
   double energy_error = 0.0;                                       ///< J, summed so far
   double theta = 0.0;
+  int iterations = 1;
+  double residual = 0.0;                                           ///< of the motion, relative (implicit)
   double overhead = 0.0;                                           ///< s
 };
 

@@ -48,6 +48,7 @@ void put_step(const Header& header, proto::Header& out) {
   out.set_t_end_s(header.t_end);
   out.set_steps(header.steps);
   out.set_idle(header.idle);
+  if (header.iteration > 0) out.set_iteration(header.iteration);
 }
 
 void put_order(const Header& header, proto::Header& out) {
@@ -56,6 +57,7 @@ void put_order(const Header& header, proto::Header& out) {
                                                             : proto::LOAD_SHAPE_CONSTANT);
   out.set_wall_path(header.wall_path == WallPath::cubic ? proto::WALL_PATH_CUBIC
                                                         : proto::WALL_PATH_STRAIGHT);
+  if (header.wants_acceleration) out.set_wants_acceleration(true);
 }
 
 void put_result(const Header& header, proto::Header& out) {
@@ -69,6 +71,15 @@ void put_result(const Header& header, proto::Header& out) {
   out.set_mass_per_area_kg_m2(header.mass_per_area);
   out.set_compute_s(header.compute_seconds);
   if (!header.status.empty()) out.set_status(cut(header.status, max_status_bytes));
+}
+
+void put_memory(const Header& header, proto::Header& out) {
+  if (header.memory.pid == 0) return;
+  out.set_memory_pid(header.memory.pid);
+  out.set_memory_fd(header.memory.fd);
+  out.set_memory_offset(header.memory.offset);
+  if (header.kind == Kind::hello || header.kind == Kind::welcome)
+    out.set_memory_mark(header.memory_mark);
 }
 
 void put_hello(const Header& header, proto::Header& out) {
@@ -108,6 +119,11 @@ class Reader {
     OCU_TAKE(out.payload_checksum, payload_checksum);
     if (out.fields != 0) OCU_TAKE(out.n_vertices, n_vertices);
     if ((out.fields & field::mesh) != 0) OCU_TAKE(out.n_triangles, n_triangles);
+    if (in_.memory_pid() == 0) return;
+    out.memory.pid = in_.memory_pid();
+    OCU_TAKE(out.memory.fd, memory_fd);
+    OCU_TAKE(out.memory.offset, memory_offset);
+    out.memory_mark = in_.memory_mark();
   }
   void hello(Header& out) const {
     OCU_TAKE(out.major, protocol_major);
@@ -126,6 +142,7 @@ class Reader {
     OCU_TAKE_FINITE(out.t_end, t_end_s);
     OCU_TAKE(out.steps, steps);
     OCU_TAKE(out.idle, idle);
+    out.iteration = in_.iteration();
   }
   void order(Header& out) const {
     step(out);
@@ -137,6 +154,7 @@ class Reader {
                                                                   : LoadShape::constant;
     out.wall_path = in_.wall_path() == proto::WALL_PATH_CUBIC ? WallPath::cubic
                                                               : WallPath::straight;
+    out.wants_acceleration = in_.wants_acceleration();
   }
   void stable_step(Header& out) const {
     OCU_TAKE_FINITE(out.stable_step, stable_step_s);
@@ -159,6 +177,7 @@ class Reader {
     stable_step(out);
     OCU_TAKE_FINITE(out.time, time_s);
     OCU_TAKE(out.mesh_hash, mesh_hash);
+    out.shares_memory = in_.shares_memory();
   }
   void by_kind(Header& out) const {
     switch (kind_) {
@@ -201,8 +220,8 @@ std::uint32_t fields_allowed(Kind kind) {
   switch (kind) {
     case Kind::mesh: return mesh;
     case Kind::ready: return position | velocity | acceleration;
-    case Kind::step:
-    case Kind::result: return position | velocity | overpressure;
+    case Kind::step: return position | velocity | overpressure;
+    case Kind::result: return position | velocity | acceleration | overpressure;
     default: return 0;
   }
 }
@@ -220,6 +239,7 @@ std::string encode(const Header& header) {
   out.set_payload_checksum(header.payload_checksum);
   if (header.fields != 0) out.set_n_vertices(header.n_vertices);
   if ((header.fields & field::mesh) != 0) out.set_n_triangles(header.n_triangles);
+  put_memory(header, out);
   switch (header.kind) {
     case Kind::hello: put_hello(header, out); break;
     case Kind::welcome: out.set_silence_limit_s(header.silence_limit); break;
@@ -231,6 +251,7 @@ std::string encode(const Header& header) {
       out.set_stable_step_s(header.stable_step);
       out.set_time_s(header.time);
       out.set_mesh_hash(header.mesh_hash);
+      out.set_shares_memory(header.shares_memory);
       break;
     case Kind::step: put_order(header, out); break;
     case Kind::result: put_result(header, out); break;

@@ -7,12 +7,13 @@
 #include <string_view>
 
 #include "coupler/link/participant.hpp"
+#include "coupler/link/shared_memory.hpp"
 
 namespace ocublast::link {
 
 /// Version of the wire contract. Participants with another major number are refused.
 inline constexpr std::uint32_t protocol_major = 1;
-inline constexpr std::uint32_t protocol_minor = 0;
+inline constexpr std::uint32_t protocol_minor = 1;
 
 /// No header frame is longer: the longest text in it is cut to a tenth of this.
 inline constexpr std::size_t max_header_bytes = 64 * 1024;
@@ -45,7 +46,10 @@ struct Header {
   std::uint64_t n_vertices = 0;
   std::uint64_t n_triangles = 0;
   std::uint64_t payload_bytes = 0;
-  std::uint64_t payload_checksum = 0;
+  std::uint64_t payload_checksum = 0;  ///< 0 for a payload in shared memory, too
+  MemoryPlace memory;                  ///< of the payload; HELLO, WELCOME: of the probe
+  std::uint64_t memory_mark = 0;
+  bool shares_memory = false;
 
   std::uint32_t major = protocol_major;
   std::uint32_t minor = protocol_minor;
@@ -64,6 +68,8 @@ struct Header {
   bool idle = false;
   LoadShape load_shape = LoadShape::linear;
   WallPath wall_path = WallPath::cubic;
+  std::uint32_t iteration = 0;
+  bool wants_acceleration = false;
 
   double stable_step = 0.0;
   double work = 0.0;

@@ -3,7 +3,9 @@
 #include <cstring>
 #include <exception>
 #include <initializer_list>
+#include <optional>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -43,12 +45,21 @@ struct Participant::State {
   std::uint64_t n_triangles = 0;
   std::uint64_t mesh_hash = 0;
   std::uint64_t finished_window = 0;
+  std::uint32_t iteration = 0; ///< of that window
   Header order;                ///< the last STEP or CHECKPOINT
   bool owes_result = false;
   bool owes_done = false;
   bool ended = false;          ///< BYE or ABORT was sent or received, or the coupler is gone
   Frames frames;               ///< of the last message; an Order's spans point into it
   std::vector<double> aside;
+
+  std::optional<MemoryProbe> probe;
+  MemoryReader reader;
+  bool coupler_reads = false;  ///< our memory
+  bool we_read = false;        ///< the coupler's
+  SharedMemory memory;         ///< for reports
+  std::uint64_t reports = 0;   ///< sent with values; the slot of the next one
+  zmq::message_t frame;        ///< for the next report where memory is not shared
 
   explicit State(const Connection& c) : connection(c) {}
 
@@ -64,10 +75,20 @@ struct Participant::State {
   void send(Header header, std::span<const std::span<const double>> parts);
   void send(Header header, std::string_view payload);
   void send(Header header, zmq::message_t payload);
+  void send_report(Header header, std::span<const std::span<const double>> parts);
   [[nodiscard]] Header await(std::initializer_list<Kind> expected, std::string_view what);
   [[nodiscard]] bool coupler_gone();
   [[nodiscard]] std::optional<Header> take();
-  [[nodiscard]] std::span<const std::byte> payload() { return aligned_payload(frames.payload, aside); }
+  void offer_memory(Header& hello);
+  void accept_memory(const Header& welcome);
+  [[nodiscard]] std::size_t report_doubles() const {
+    return (connection.role == Role::flow ? 1 : order.wants_acceleration ? 9 : 6) * n_vertices;
+  }
+  [[nodiscard]] std::span<double> report_room();
+  [[nodiscard]] std::span<const std::byte> payload(const Header& header) {
+    return header.memory.pid != 0 ? reader.view(header.memory, header.payload_bytes)
+                                  : aligned_payload(frames.payload, aside);
+  }
 };
 
 bool Participant::State::try_connect(std::string& failure) {
@@ -142,7 +163,9 @@ std::optional<Header> Participant::State::take() {
     ended = true;
     throw error(fmt::format("the coupler ended the run: {}", header.reason));
   }
-  check_payload(header, payload());
+  if (header.memory.pid == 0) check_payload(header, payload(header));
+  else if (header.kind != Kind::welcome && frames.payload.size() != 0)
+    throw error("a message with its payload both in memory and in a frame");
   return header;
 }
 
@@ -183,7 +206,8 @@ Header Participant::State::await(std::initializer_list<Kind> expected, std::stri
 void Participant::State::send(Header header, zmq::message_t payload) {
   header.run_id = run_id;
   header.seq = sent + 1;
-  header.payload_bytes = payload.size();
+  const bool in_memory = header.memory.pid != 0 && header.kind == Kind::result;
+  if (!in_memory) header.payload_bytes = payload.size();
   header.payload_checksum =
       checksum({static_cast<const std::byte*>(payload.data()), payload.size()});
   const std::string bytes = encode(header);
@@ -222,6 +246,51 @@ void Participant::State::send(Header header, std::span<const std::span<const dou
   send(std::move(header), std::move(payload));
 }
 
+void Participant::State::offer_memory(Header& hello) {
+  if (!connection.share_memory || !connection.endpoint.starts_with("ipc://")) return;
+  probe.emplace();
+  hello.memory = probe->place();
+  hello.memory_mark = probe->mark();
+}
+
+void Participant::State::accept_memory(const Header& welcome) {
+  coupler_reads = welcome.memory.pid != 0;
+  we_read = coupler_reads && reader.finds(welcome.memory, welcome.memory_mark);
+}
+
+/// Where the values of the next report go: a slot of the shared memory, or the frame to be sent.
+std::span<double> Participant::State::report_room() {
+  const std::size_t n = report_doubles();
+  if (memory) return {reinterpret_cast<double*>(memory.slot(reports).data()), n};
+  if (frame.size() != n * sizeof(double)) frame.rebuild(n * sizeof(double));
+  return {static_cast<double*>(frame.data()), n};
+}
+
+/// Sends a result. Values that the solver wrote into our room are there already.
+void Participant::State::send_report(Header header, std::span<const std::span<const double>> parts) {
+  std::size_t n = 0;
+  for (const auto& part : parts) n += part.size();
+  if (n == 0 || n > report_doubles()) {
+    send(std::move(header), parts);
+    return;
+  }
+  const auto room = report_room();
+  double* at = room.data();
+  for (const auto& part : parts) {
+    if (part.data() != at) std::memmove(at, part.data(), part.size_bytes());
+    at += part.size();
+  }
+  if (memory) {
+    header.memory = memory.place(reports++);
+    header.payload_bytes = n * sizeof(double);
+    send(std::move(header), zmq::message_t());
+  } else if (n == room.size()) {
+    send(std::move(header), std::exchange(frame, zmq::message_t()));
+  } else {
+    send(std::move(header), zmq::message_t(room.data(), n * sizeof(double)));
+  }
+}
+
 Participant::Participant(const Connection& connection) : state_(std::make_unique<State>(connection)) {
   keep_freed_memory();
   auto& s = *state_;
@@ -232,8 +301,11 @@ Participant::Participant(const Connection& connection) : state_(std::make_unique
   hello.program = connection.program;
   hello.token = s.connection.token;
   hello.case_hash = connection.case_hash;
+  s.offer_memory(hello);
   s.send(std::move(hello), std::string_view());
-  s.connection.silence_limit = s.await({Kind::welcome}, "WELCOME").silence_limit;
+  const Header welcome = s.await({Kind::welcome}, "WELCOME");
+  s.connection.silence_limit = welcome.silence_limit;
+  s.accept_memory(welcome);
 }
 
 Participant::~Participant() {
@@ -264,7 +336,7 @@ void Participant::send_mesh(const InterfaceMesh& mesh) {
 InterfaceMesh Participant::receive_mesh() {
   auto& s = *state_;
   const Header header = s.await({Kind::mesh}, "the interface mesh of the solid");
-  const auto bytes = s.payload();
+  const auto bytes = s.payload(header);
   InterfaceMesh mesh = mesh_from_payload(header, bytes);
   s.n_vertices = header.n_vertices;
   s.n_triangles = header.n_triangles;
@@ -298,6 +370,10 @@ void Participant::ready(double stable_step, std::uint64_t window, double time,
   header.stable_step = stable_step;
   header.mesh_hash = s.mesh_hash;
   header.n_vertices = s.n_vertices;
+  header.shares_memory = s.we_read;
+  if (s.coupler_reads && s.n_vertices > 0)
+    s.memory = SharedMemory((s.connection.role == Role::flow ? 1 : 9) * s.n_vertices * sizeof(double),
+                            memory_slots);
   std::vector<std::span<const double>> parts;
   const std::size_t n = 3 * s.n_vertices;
   add_part(header, parts, motion.position, field::position, n, "position");
@@ -324,10 +400,14 @@ Order Participant::next() {
     s.owes_done = true;
     return order;
   }
-  if (header.window != s.finished_window + 1)
-    throw s.error(fmt::format("STEP for window {} came after window {}", header.window,
-                              s.finished_window));
-  const PayloadView view = view_payload(header, s.payload());
+  const bool again = header.iteration > 1;
+  if (header.window != s.finished_window + (again ? 0 : 1) ||
+      (again && header.iteration != s.iteration + 1))
+    throw s.error(fmt::format("STEP for window {}, iteration {} came after window {}, iteration {}",
+                              header.window, header.iteration, s.finished_window, s.iteration));
+  s.iteration = header.iteration;
+  const PayloadView view =
+      header.fields == 0 ? PayloadView{} : view_payload(header, s.payload(header));
   const bool complete = s.connection.role == Role::flow
                             ? !view.position.empty() && !view.velocity.empty()
                             : !view.overpressure.empty();
@@ -339,6 +419,8 @@ Order Participant::next() {
   order.steps = header.steps;
   order.load_shape = header.load_shape;
   order.wall_path = header.wall_path;
+  order.iteration = header.iteration;
+  order.wants_acceleration = header.wants_acceleration;
   order.idle = header.idle;
   order.position = view.position;
   order.velocity = view.velocity;
@@ -356,6 +438,7 @@ void Participant::send(const Report& report) {
   header.t_begin = s.order.t_begin;
   header.t_end = s.order.t_end;
   header.steps = report.steps_taken;
+  header.iteration = s.order.iteration;
   header.idle = report.idle;
   header.stable_step = report.stable_step;
   header.work = report.work;
@@ -369,11 +452,28 @@ void Participant::send(const Report& report) {
   if (!report.idle) {
     add_part(header, parts, report.position, field::position, 3 * s.n_vertices, "position");
     add_part(header, parts, report.velocity, field::velocity, 3 * s.n_vertices, "velocity");
+    if (s.order.wants_acceleration)
+      add_part(header, parts, report.acceleration, field::acceleration, 3 * s.n_vertices, "acceleration");
     add_part(header, parts, report.overpressure, field::overpressure, s.n_vertices, "overpressure");
   }
-  s.send(std::move(header), parts);
+  s.send_report(std::move(header), parts);
   s.owes_result = false;
   s.finished_window = s.order.window;
+}
+
+Participant::Room Participant::room() {
+  auto& s = *state_;
+  const auto all = s.report_room();
+  Room room;
+  if (s.connection.role == Role::flow) {
+    room.overpressure = all;
+    return room;
+  }
+  const std::size_t n = 3 * s.n_vertices;
+  room.position = all.first(n);
+  room.velocity = all.subspan(n, n);
+  room.acceleration = all.subspan(2 * n);
+  return room;
 }
 
 void Participant::checkpoint_written() {

@@ -33,6 +33,7 @@ struct Connection {
   std::string token;             ///< secret of this run
   std::filesystem::path keys;    ///< directory with key files of this run (tcp only), else empty
   double silence_limit = 60.0;   ///< s without word from the coupler before a wait ends in LinkError
+  bool share_memory = true;      ///< ipc: payloads through shared memory where both sides can
 };
 
 /// Connection from the environment. Throws LinkError that says how to start a coupled case when the
@@ -57,6 +58,11 @@ struct Order {
   std::uint32_t steps = 0;    ///< steps to take in the window; 0: as many as stability needs
   LoadShape load_shape = LoadShape::linear;
   WallPath wall_path = WallPath::cubic;
+  /// Implicit coupling: 1, 2, ...; 0 else. At 1 the state is kept in memory before the window; from
+  /// 2 on the window, answered already, is begun again from that state. Another window, a checkpoint
+  /// or the end means that the last answer counts.
+  std::uint32_t iteration = 0;
+  bool wants_acceleration = false;       ///< solid: the report shall carry accelerations
   /// Flow: the wall has not moved since the last window. Solid: the load is exactly zero.
   /// The arrays are empty then.
   bool idle = false;
@@ -71,6 +77,7 @@ struct Report {
   bool idle = false;                     ///< flow: load exactly zero; solid: nothing has moved
   std::span<const double> position;      ///< solid: [n,3] at t_end, m
   std::span<const double> velocity;      ///< solid: [n,3] at t_end, m/s
+  std::span<const double> acceleration;  ///< solid, where the order wants it: [n,3] at t_end, m/s^2
   std::span<const double> overpressure;  ///< flow: [n] at t_end, Pa
   double stable_step = 0.0;              ///< s, largest step of its own it can take next
   std::uint32_t steps_taken = 0;
@@ -109,6 +116,13 @@ class Participant {
              const InitialMotion& motion = {});          ///< motion: solid, fresh start only
   [[nodiscard]] Order next();                             ///< spans stay valid until the next call
   void send(const Report& report);
+  /// Room for the values of the next report, not initialised, valid until it is sent. Values written
+  /// here and named in the report need not be copied. Solid: position, velocity and, where the order
+  /// wants it, acceleration; flow: overpressure.
+  struct Room {
+    std::span<double> position, velocity, acceleration, overpressure;
+  };
+  [[nodiscard]] Room room();
   void checkpoint_written();
   void goodbye();
   /// Tells the coupler why this side gives up; never throws. Called before the program ends itself.

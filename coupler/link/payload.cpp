@@ -23,7 +23,8 @@ std::uint64_t checksum(std::span<const std::byte> bytes) noexcept {
   return bytes.empty() ? 0 : XXH3_64bits(bytes.data(), bytes.size());
 }
 
-bool all_finite(std::span<const double> values) noexcept {
+__attribute__((target_clones("avx512f", "avx2", "default"))) bool all_finite(
+    std::span<const double> values) noexcept {
   // 0 x is 0 for a finite x and not a number else. Eight sums, so that the loop vectorises without
   // reordering any of them.
   constexpr std::size_t lanes = 8;
@@ -90,7 +91,9 @@ void check_payload(const Header& header, std::span<const std::byte> bytes) {
     throw LinkError(fmt::format("{} of window {}: {} payload bytes came, {} were announced",
                                 to_word(header.kind), header.window, bytes.size(),
                                 header.payload_bytes));
-  const std::uint64_t found = checksum(bytes);
+  // Memory of this machine is no transport that could damage them.
+  const bool transported = header.memory.pid == 0;
+  const std::uint64_t found = transported ? checksum(bytes) : 0;
   if (found != header.payload_checksum)
     throw LinkError(fmt::format("{} of window {}: payload checksum {:016x}, announced {:016x}",
                                 to_word(header.kind), header.window, found,

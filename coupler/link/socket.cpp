@@ -26,6 +26,10 @@ void set_common_options(zmq::socket_t& socket, double silence_limit) {
   constexpr int queue = 4;
   socket.set(zmq::sockopt::sndhwm, queue);
   socket.set(zmq::sockopt::rcvhwm, queue);
+  // A message fits into the kernel's buffer: fewer hand-overs between the two sides.
+  constexpr int kernel_buffer = 4 << 20;
+  socket.set(zmq::sockopt::sndbuf, kernel_buffer);
+  socket.set(zmq::sockopt::rcvbuf, kernel_buffer);
   socket.set(zmq::sockopt::linger, 0);
   const int timeout = static_cast<int>(std::clamp(1000.0 * silence_limit, 50.0, 5000.0));
   socket.set(zmq::sockopt::heartbeat_ivl, std::max(timeout / 5, 10));

@@ -99,7 +99,7 @@ double mean_x(std::span<const double> vectors) {
 }
 
 ocublast::link::Report advance(Column& column, const Order& order, const Keys& keys,
-                               std::vector<double>& load) {
+                               std::span<double> load) {
   const auto begin = std::chrono::steady_clock::now();
   const double w = order.t_end - order.t_begin;
   const Wall target = order.idle ? column.wall : Wall{mean_x(order.position), mean_x(order.velocity)};
@@ -110,7 +110,7 @@ ocublast::link::Report advance(Column& column, const Order& order, const Keys& k
                 order.wall_path);
   column.wall = target;
   const double p = column.wall_overpressure();
-  load.assign(load.size(), p);
+  std::fill(load.begin(), load.end(), p);
   ocublast::link::Report report;
   report.overpressure = load;
   report.stable_step = column.stable_step(keys.cfl);
@@ -126,7 +126,7 @@ ocublast::link::Report advance(Column& column, const Order& order, const Keys& k
 }
 
 void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& line, const Keys& keys) {
-  const auto mesh = coupler.receive_mesh();
+  static_cast<void>(coupler.receive_mesh());
   keys.fault.happen(0);
   Column column(keys.cells);
   std::uint64_t window = 0;
@@ -136,22 +136,27 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
     auto all = toy::read_doubles(place.directory / "flow.state");
     time = all.back();
     all.pop_back();
+    window = static_cast<std::uint64_t>(all.back());
+    all.pop_back();
     column.load(all);
-    window = place.window;
   }
   coupler.ready(column.stable_step(keys.cfl), window, time);
-  std::vector<double> load(mesh.n_vertices());
+  std::vector<double> begin_of_window;
   for (auto order = coupler.next(); order.kind != Order::Kind::finish; order = coupler.next()) {
     if (order.kind == Order::Kind::checkpoint) {
       auto all = column.save();
+      all.push_back(static_cast<double>(window));
       all.push_back(time);
       toy::write_doubles(order.checkpoint / "flow.state", all);
       coupler.checkpoint_written();
       continue;
     }
     keys.fault.happen(order.window);
-    coupler.send(advance(column, order, keys, load));
+    if (order.iteration == 1) begin_of_window = column.save();
+    if (order.iteration > 1) column.load(begin_of_window);
+    coupler.send(advance(column, order, keys, coupler.room().overpressure));
     time = order.t_end;
+    window = order.window;
   }
   coupler.goodbye();
 }

@@ -26,6 +26,7 @@ struct Piston {
   double v = toy::exact_velocity(0.0); ///< m/s
   double p = 0.0;                      ///< Pa, load at the end of the last window
   double time = 0.0;                   ///< s
+  double a = 0.0;                      ///< m/s^2
 };
 
 double advance(Piston& s, const Order& order, double p_end, double mass) {
@@ -42,6 +43,7 @@ double advance(Piston& s, const Order& order, double p_end, double mass) {
     s.d += dt * v_half;
     s.v = v_half + 0.5 * dt * (p_b - K * s.d) / mass;
     work += 0.5 * (p_a + p_b) * (s.d - d_before);
+    s.a = (p_b - K * s.d) / mass;
   }
   s.p = p_end;
   s.time = order.t_end;
@@ -56,12 +58,13 @@ void note_errors(Errors& worst, const Piston& s) {
   worst.pressure = std::max(worst.pressure, std::abs(s.p - toy::exact_overpressure(s.time)) / p_scale);
 }
 
-void fill(std::vector<double>& x, std::vector<double>& v, const ocublast::link::InterfaceMesh& mesh, const Piston& s) {
+void fill(std::span<double> x, std::span<double> v, const ocublast::link::InterfaceMesh& mesh, const Piston& s) {
   for (std::size_t i = 0; i < x.size(); i += 3) {
     x[i] = mesh.vertices[i] + s.d;
     x[i + 1] = mesh.vertices[i + 1];
     x[i + 2] = mesh.vertices[i + 2];
     v[i] = s.v;
+    v[i + 1] = v[i + 2] = 0.0;
   }
 }
 
@@ -74,7 +77,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
   if (!line.resume.empty()) {
     const auto place = ocublast::link::require_checkpoint(line.resume);
     const auto all = toy::read_doubles(place.directory / "solid.state");
-    piston = {all[0], all[1], all[2], all[3]};
+    piston = {all[0], all[1], all[2], all[3], all[4]};
     window = place.window;
   }
   std::vector<double> x(mesh.vertices.size()), v(mesh.vertices.size(), 0.0);
@@ -84,9 +87,18 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
   coupler.ready(keys.stable_step, window, piston.time, motion);
   Errors worst;
   std::string history;
+  Piston begin_of_window;
+  Piston seen = piston;   // the last window whose answer counts
+  const auto note = [&] {
+    if (seen.time == piston.time) return;
+    seen = piston;
+    note_errors(worst, piston);
+    history += fmt::format("{} {} {} {} {}\n", window, piston.time, piston.d, piston.v, piston.p);
+  };
   for (auto order = coupler.next(); order.kind != Order::Kind::finish; order = coupler.next()) {
+    if (order.iteration <= 1) note();
     if (order.kind == Order::Kind::checkpoint) {
-      toy::write_doubles(order.checkpoint / "solid.state", {piston.d, piston.v, piston.p, piston.time});
+      toy::write_doubles(order.checkpoint / "solid.state", {piston.d, piston.v, piston.p, piston.time, piston.a});
       coupler.checkpoint_written();
       continue;
     }
@@ -95,25 +107,31 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
     double p = 0.0;
     for (const double value : order.overpressure) p += value;
     if (!order.overpressure.empty()) p /= static_cast<double>(order.overpressure.size());
+    if (order.iteration == 1) begin_of_window = piston;
+    if (order.iteration > 1) piston = begin_of_window;
+    window = order.window;
     const double before = piston.p;
     ocublast::link::Report report;
     report.work = advance(piston, order, p, keys.mass);
     report.impulse = {0.5 * (before + p) * (order.t_end - order.t_begin), 0.0, 0.0};
-    note_errors(worst, piston);
-    fill(x, v, mesh, piston);
-    history += fmt::format("{} {} {} {} {}\n", order.window, piston.time, piston.d, piston.v, piston.p);
-    report.position = x;
-    report.velocity = v;
+    const auto room = coupler.room();
+    fill(room.position, room.velocity, mesh, piston);
+    if (!room.acceleration.empty()) std::fill(room.acceleration.begin(), room.acceleration.end(), 0.0);
+    for (std::size_t i = 0; i < room.acceleration.size(); i += 3) room.acceleration[i] = piston.a;
+    report.position = room.position;
+    report.velocity = room.velocity;
+    report.acceleration = room.acceleration;
     report.stable_step = keys.stable_step;
     report.steps_taken = order.steps;
     report.mass_per_area = keys.mass;
     report.compute_seconds = toy::seconds_since(begin);
-    if (keys.fault.is("not_finite", order.window)) v[4] = std::numeric_limits<double>::infinity();
+    if (keys.fault.is("not_finite", order.window)) room.velocity[4] = std::numeric_limits<double>::infinity();
     if (keys.fault.is("nudge", order.window) && std::getenv("OCU_TOY_NUDGE") != nullptr)
-      v[6] *= 1.0 + 1e-6;
+      room.velocity[6] *= 1.0 + 1e-6;
     if (keys.fault.is("size", order.window)) report.position = report.position.first(3);
     coupler.send(report);
   }
+  note();
   if (!line.out.empty()) {
     std::ofstream(line.out / "spring_errors.txt")
         << fmt::format("{} {} {}\n", worst.position, worst.velocity, worst.pressure);

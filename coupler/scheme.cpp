@@ -1,0 +1,131 @@
+#include "coupler/scheme.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "coupler/predictor.hpp"
+#include "coupler/scheme_implicit.hpp"
+#include "coupler/scheme_parallel.hpp"
+
+namespace ocublast::coupler {
+
+using link::Role;
+
+WindowChoice window_choice(const Settings& settings) {
+  return {.rule = settings.window, .fixed_width = settings.window_width,
+          .max_flow_steps = settings.max_flow_steps, .max_solid_steps = settings.max_solid_steps,
+          .end_time = settings.common.end_time};
+}
+
+void predict_motion(const CouplingState& state, double t_end, int order, std::span<double> values) {
+  const bool known_before = !state.velocity_before.values.empty();
+  const WallHistory history{.position = state.position.values,
+                            .velocity = state.velocity.values,
+                            .velocity_before = state.velocity_before.values,
+                            .width_before = known_before ? state.width_before : 0.0,
+                            .acceleration = state.acceleration.values};
+  const std::size_t n = values.size() / 2;
+  // A wall that rests is sent as it is, once.
+  predict_wall(history, state.solid_at_rest ? 0 : order, t_end - state.time, values.first(n), values.last(n));
+}
+
+void post_predicted(Exchange& exchange, CouplingState& state, const Exchange::Ask& ask, int order) {
+  if (state.solid_at_rest && state.wall_current) {
+    exchange.post_rest(ask);
+  } else {
+    predict_motion(state, ask.window.t_end, order, exchange.motion_room());
+    exchange.post_motion(ask);
+  }
+  state.wall_current = state.solid_at_rest;
+}
+
+double load_factor(const Settings& settings, double t) {
+  return settings.load_ramp > 0.0 ? std::min(1.0, t / settings.load_ramp) : 1.0;
+}
+
+void post_answered_load(Exchange& exchange, const Settings& settings, const CouplingState& state,
+                        const Exchange::Ask& ask, const Answer& flow) {
+  const bool zero = flow.header().idle;
+  const double factor = load_factor(settings, ask.window.t_end);
+  if (zero && state.load_zero) {
+    exchange.post_no_load(ask);
+  } else if (zero) {  // the load falls to zero within this window: say so in full
+    exchange.post_load(ask, std::vector<double>(exchange.n_vertices(), 0.0));
+  } else if (factor < 1.0) {
+    const auto load = flow.values().overpressure;
+    std::vector<double> scaled(load.begin(), load.end());
+    for (double& p : scaled) p *= factor;
+    exchange.post_load(ask, scaled);
+  } else {
+    exchange.post_load(ask, flow);
+  }
+}
+
+void accept_motion(CouplingState& state, const Answer& solid, double width) {
+  state.velocity_before = state.velocity;
+  state.width_before = width;
+  state.solid_at_rest = solid.header().idle;
+  const std::size_t n = state.velocity.values.size();
+  if (!solid.header().idle) {
+    const auto view = solid.values();
+    state.position = {solid.message, view.position};
+    state.velocity = {solid.message, view.velocity};
+    state.acceleration = {solid.message, view.acceleration};
+    return;
+  }
+  state.acceleration = {};
+  if (std::any_of(state.velocity.values.begin(), state.velocity.values.end(), [](double v) { return v != 0.0; }))
+    state.velocity = SharedValues::from(std::vector<double>(n, 0.0));
+}
+
+void accept_window(CouplingState& state, const TimeWindow& window, const link::Header& flow,
+                   const link::Header& solid) {
+  state.window = window.number;
+  state.time = window.t_end;
+  state.stable_flow = flow.stable_step;
+  state.stable_solid = solid.stable_step;
+  state.impedance = flow.impedance;
+  state.mass_per_area = solid.mass_per_area;
+  state.balance.add(flow.work, solid.work, flow.impulse, solid.impulse);
+}
+
+namespace {
+
+/// Flow first under the predicted wall, then the solid under the load the flow answered.
+class SerialExplicit : public Scheme {
+ public:
+  SerialExplicit(Exchange& exchange, const Settings& settings) : exchange_(exchange), settings_(settings) {}
+
+  [[nodiscard]] TimeWindow next(const CouplingState& state) const override {
+    return next_window(window_choice(settings_), state.window, state.time, state.stable_flow, state.stable_solid);
+  }
+  [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window, int order) override {
+    const Exchange::Ask ask{.window = window, .wants_acceleration = settings_.leap_frog};
+    post_predicted(exchange_, state, ask, order);
+    const Answer flow = exchange_.collect(Role::flow);
+    post_answered_load(exchange_, settings_, state, ask, flow);
+    const Answer solid = exchange_.collect(Role::solid);
+    state.load_zero = flow.header().idle;
+    accept_motion(state, solid, window.width());
+    accept_window(state, window, flow.header(), solid.header());
+    return {.flow = flow.header(), .solid = solid.header()};
+  }
+
+ private:
+  Exchange& exchange_;
+  const Settings& settings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Scheme> make_scheme(Exchange& exchange, const Settings& settings) {
+  switch (settings.scheme) {
+    case SchemeKind::serial_explicit: return std::make_unique<SerialExplicit>(exchange, settings);
+    case SchemeKind::parallel_explicit: return make_parallel_explicit(exchange, settings);
+    case SchemeKind::serial_implicit: return make_serial_implicit(exchange, settings);
+    case SchemeKind::parallel_implicit: return make_parallel_implicit(exchange, settings);
+  }
+  return nullptr;
+}
+
+}  // namespace ocublast::coupler

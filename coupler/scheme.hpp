@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+
+#include "coupler/coupling_state.hpp"
+#include "coupler/exchange.hpp"
+#include "coupler/settings.hpp"
+#include "coupler/time_window.hpp"
+
+namespace ocublast::coupler {
+
+/// What both sides reported of a window.
+struct WindowReports {
+  link::Header flow;
+  link::Header solid;
+  int iterations = 1;
+  double residual = 0.0;  ///< of the motion at the last iteration, relative (implicit)
+};
+
+/// How flow and solid advance together over one window.
+class Scheme {
+ public:
+  virtual ~Scheme() = default;
+  /// The window that the solid does next.
+  [[nodiscard]] virtual TimeWindow next(const CouplingState& state) const = 0;
+  /// Advances `state` over that window. `order` of the predictor may be lower than the settings'.
+  [[nodiscard]] virtual WindowReports advance(CouplingState& state, const TimeWindow& window,
+                                              int order) = 0;
+};
+
+[[nodiscard]] std::unique_ptr<Scheme> make_scheme(Exchange& exchange, const Settings& settings);
+
+/// How windows are chosen by these settings.
+[[nodiscard]] WindowChoice window_choice(const Settings& settings);
+
+// What the schemes have in common.
+
+/// Predicts the wall at `t_end` [s] from the state into `values`: position and velocity [6 n].
+void predict_motion(const CouplingState& state, double t_end, int order, std::span<double> values);
+/// Sends the predicted wall to the flow, or that it rests.
+void post_predicted(Exchange& exchange, CouplingState& state, const Exchange::Ask& ask, int order);
+/// Sends the flow's load to the solid: as it came, scaled by the start-up ramp, or that it is zero.
+void post_answered_load(Exchange& exchange, const Settings& settings, const CouplingState& state,
+                        const Exchange::Ask& ask, const Answer& flow);
+/// Factor of the start-up ramp at time t [s].
+[[nodiscard]] double load_factor(const Settings& settings, double t);
+/// The solid has finished a window of this width [s].
+void accept_motion(CouplingState& state, const Answer& solid, double width);
+/// Both have finished a window: time, stable steps, balance.
+void accept_window(CouplingState& state, const TimeWindow& window, const link::Header& flow,
+                   const link::Header& solid);
+
+}  // namespace ocublast::coupler
