@@ -386,27 +386,28 @@ void Flow::fill_domain_ghosts() { core_->fill_ghosts(); }
 Totals Flow::totals() const {
   const Core& c = *core_;
   const Context& x = c.ctx;
-  std::vector<std::array<double, 5>> plane(static_cast<std::size_t>(x.n[2]), std::array<double, 5>{});
+  std::vector<std::array<double, 6>> plane(static_cast<std::size_t>(x.n[2]), std::array<double, 6>{});
 #pragma omp parallel for schedule(static) num_threads(c.options.threads)
   for (int k = 0; k < x.n[2]; ++k) {
     for (int j = 0; j < x.n[1]; ++j) {
-      std::array<double, 5> row{};
+      std::array<double, 6> row{};
       for (int i = 0; i < x.n[0]; ++i) {
         const std::size_t tile = static_cast<std::size_t>((k * x.n[1] + j) * x.tiles + i / tile_width);
         if (((c.fluid[tile] >> (i % tile_width)) & 1) == 0) continue;
         const double h = c.grid.axis[0].h(i) * c.grid.radial_weight(i);
         const double* q = x.Q.data + i + j * x.Q.sj + k * x.Q.sk;
         for (int f = 0; f < 5; ++f) row[static_cast<std::size_t>(f)] += h * q[f * x.Q.sf];
+        row[5] += h;
       }
       const double area = c.grid.axis[1].h(j) * c.grid.axis[2].h(k);
-      for (std::size_t f = 0; f < 5; ++f) plane[static_cast<std::size_t>(k)][f] += area * row[f];
+      for (std::size_t f = 0; f < 6; ++f) plane[static_cast<std::size_t>(k)][f] += area * row[f];
     }
   }
-  std::array<double, 5> sum{};
+  std::array<double, 6> sum{};
   for (const auto& p : plane) {
-    for (std::size_t f = 0; f < 5; ++f) sum[f] += p[f];
+    for (std::size_t f = 0; f < 6; ++f) sum[f] += p[f];
   }
-  return {.mass = sum[0], .momentum = {sum[1], sum[2], sum[3]}, .energy = sum[4]};
+  return {.volume = sum[5], .mass = sum[0], .momentum = {sum[1], sum[2], sum[3]}, .energy = sum[4]};
 }
 
 std::vector<CheckpointPart> Flow::checkpoint() {

@@ -90,8 +90,9 @@ struct StepReport {
   TopologyReport topology;         ///< with bodies: what the end of the step changed
 };
 
-/// Integrals over the fluid.
+/// Integrals over the fluid nodes' cells.
 struct Totals {
+  double volume = 0.0;                    ///< m^3 (m^2 in 2-D, m in 1-D)
   double mass = 0.0;                      ///< kg (per m in 2-D, per m^2 in 1-D)
   std::array<double, 3> momentum{};       ///< kg m/s
   double energy = 0.0;                    ///< J

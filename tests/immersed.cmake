@@ -3,10 +3,12 @@ ocublast_test(NAME test_immersed_geometry LABEL unit SOURCES unit/immersed_geome
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
 ocublast_test(NAME test_immersed_boundary LABEL unit SOURCES unit/immersed_boundary.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
+ocublast_test(NAME test_immersed_rigid LABEL unit SOURCES unit/immersed_rigid.cpp
+  LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
 ocublast_test(NAME test_immersed_speed LABEL verification SOURCES verification/immersed_speed.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
 if(TARGET ocublast_flow_step)
-  foreach(name shock motion)
+  foreach(name shock motion free)
     ocublast_test(NAME test_immersed_${name} LABEL verification TIMEOUT 120
       SOURCES verification/immersed_${name}.cpp LIBRARIES ocublast_flow_step)
   endforeach()

@@ -72,6 +72,12 @@ NodeIndex FluidNodes::cell(const Vec3& x) const {
           cell_along(grid_.axis[2], x[2])};
 }
 
+NodeIndex FluidNodes::cell_inside(const Vec3& x) const {
+  NodeIndex node = cell(x);
+  for (std::size_t a = 0; a < 3; ++a) node[a] = std::clamp(node[a], 0, grid_.axis[a].n - 1);
+  return node;
+}
+
 Vec3 FluidNodes::place(const NodeIndex& node) const {
   return {{grid_.axis[0].x(node[0]), grid_.axis[1].x(node[1]), grid_.axis[2].x(node[2])}};
 }

@@ -56,6 +56,8 @@ class FluidNodes {
   [[nodiscard]] Vec3 place(const NodeIndex& node) const;
   /// Cell [base, base + 1] around x; absent directions: 0.
   [[nodiscard]] NodeIndex cell(const Vec3& x) const;
+  /// The same, moved to nodes of the grid.
+  [[nodiscard]] NodeIndex cell_inside(const Vec3& x) const;
   [[nodiscard]] bool is_fluid(const NodeIndex& node) const {
     return tag_[offset(node)] == tag_fluid;
   }

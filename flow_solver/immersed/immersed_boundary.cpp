@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "coupler/base/errors.hpp"
+#include "flow_solver/immersed/gas_content.hpp"
 #include "flow_solver/immersed/surface_readout.hpp"
 #include "flow_solver/immersed/topology.hpp"
 #include "flow_solver/immersed/wall_thickness.hpp"
@@ -78,6 +79,9 @@ struct ImmersedBoundary::State {
     constexpr double narrow = 4.0;
     const bool narrow_gaps = cut.n_thin > 0 && cut.smallest_gap > 0.0 && cut.smallest_gap < narrow;
     return {grid, cut.tag, cut.thin_cut, narrow_gaps};
+  }
+  [[nodiscard]] ReadOut read_out(FieldsView<const double> W) const {
+    return {.nodes = nodes(), .bodies = bodies, .W = W, .gas = gas, .transport = options.transport};
   }
   [[nodiscard]] WallState wall_state(const Foot& foot) const;
   void fill_ghosts(int axis, FieldsView<double> W);
@@ -288,15 +292,24 @@ void ImmersedBoundary::read_overpressure(FieldsView<const double> W, std::size_t
                                          double ambient_pressure,
                                          std::span<double> at_vertices) const {
   const State& s = *state_;
-  const auto facets = read_facets(s.nodes(), s.bodies, W, s.gas, b, ambient_pressure);
+  const auto facets = read_facets(s.read_out(W), b, ambient_pressure, ReadShear::no);
   spread_to_vertices(s.grid, s.bodies[b], facets, at_vertices);
+}
+
+void ImmersedBoundary::read_shear(FieldsView<const double> W, std::size_t b,
+                                  std::span<double> at_vertices) const {
+  const State& s = *state_;
+  spread_shear(s.grid, s.bodies[b], read_facets(s.read_out(W), b, 0.0, ReadShear::yes), at_vertices);
+}
+
+WallCells ImmersedBoundary::wall_cells(FieldsView<const double> W) const {
+  return integrate_wall_cells(state_->grid, state_->topology.cut, W, state_->gas);
 }
 
 BodyLoad ImmersedBoundary::load(FieldsView<const double> W, std::size_t b,
                                 double ambient_pressure) const {
   const State& s = *state_;
-  return integrate_load(s.bodies[b],
-                        read_facets(s.nodes(), s.bodies, W, s.gas, b, ambient_pressure));
+  return integrate_load(s.bodies[b], read_facets(s.read_out(W), b, ambient_pressure, ReadShear::yes));
 }
 
 std::vector<std::uint8_t> ImmersedBoundary::history() const {

@@ -30,13 +30,33 @@ struct Body {
   bool moves = false;             ///< false: never moves, its geometry is searched once
 };
 
-/// Force of the gas on a body relative to ambient pressure, over its exposed surface.
+/// Force of the gas on a body relative to ambient pressure, over its exposed surface: pressure, and
+/// shear at walls without slip.
 struct BodyLoad {
   std::array<double, 3> force{};   ///< N
+  std::array<double, 3> shear_force{};  ///< N, the part of shear in `force`
   std::array<double, 3> moment{};  ///< N m about the origin
   double power = 0.0;              ///< W, force density times wall velocity
+  double heat = 0.0;               ///< W into the body, at walls of given temperature
+  double volume_rate = 0.0;        ///< m^3/s, volume that the exposed wall takes from the gas
+  /// Sum of rho c n n^T over the area, for velocity and angular velocity about the origin, row by row
+  /// [6, 6]: how much smaller force and moment would be if the wall moved faster away.
+  std::array<double, 36> impedance{};
+  /// The same sum of the gas's mass per area between the wall and the read nodes, whose inertia the
+  /// pressure slope of an accelerated wall adds to the load.
+  std::array<double, 36> added_mass{};
   double exposed_area = 0.0;       ///< m^2
   double largest_impedance = 0.0;  ///< kg/(m^2 s), rho c of the gas at the wall
+};
+
+/// Gas between the outermost fluid cells' faces and the walls: what sums over whole fluid cells leave
+/// out (or count too much, then negative). Added to them it makes the gas's mass change smoothly when
+/// a wall crosses nodes.
+struct WallCells {
+  double volume = 0.0;               ///< m^3 (m^2, m in 2-D, 1-D)
+  double mass = 0.0;                 ///< kg
+  std::array<double, 3> momentum{};  ///< kg m/s
+  double energy = 0.0;               ///< J
 };
 
 /// What a change of topology did; printed, never silent.
@@ -49,12 +69,21 @@ struct TopologyReport {
   std::size_t open_lines = 0;   ///< grid lines on which a surface does not close; 0 or a fault
 };
 
+/// What shear and heat flux at a wall need to know of the gas.
+struct WallTransport {
+  double viscosity = 0.0;               ///< Pa s, constant or at the reference; 0: none
+  double sutherland_reference = 0.0;    ///< K; 0: constant viscosity
+  double sutherland_temperature = 0.0;  ///< K
+  double prandtl = 0.71;
+};
+
 struct ImmersedOptions {
   /// Faces of the domain (x low, x high, y low, ..) that count as walls in the gap rule: a body may
   /// come to rest on them.
   std::array<bool, 6> domain_wall{};
   double gap_block = 1.0;  ///< cells; segments between walls narrower than this are body
   double smooth_below_degrees = 35.0;  ///< normals are interpolated across edges flatter than this
+  WallTransport transport;
 };
 
 /// Bodies immersed in a Cartesian grid: tags, cut lines, ghost states, surface pressure. Works with
@@ -108,6 +137,10 @@ class ImmersedBoundary {
   /// Load on body b from the same read-out, integrated over the exposed part of its facets.
   [[nodiscard]] BodyLoad load(FieldsView<const double> W, std::size_t b,
                               double ambient_pressure) const;
+  /// Tractions [Pa] of shear at the vertices of body b, [n_vertices, 3]; zero at slip walls.
+  void read_shear(FieldsView<const double> W, std::size_t b, std::span<double> at_vertices) const;
+  /// Gas beside the walls that sums over whole fluid cells miss.
+  [[nodiscard]] WallCells wall_cells(FieldsView<const double> W) const;
   /// What the next topology takes over from the past beside the walls' place (feet, stencils, where
   /// they were searched): with it a resumed run goes on bit for bit. Same program version only.
   [[nodiscard]] std::vector<std::uint8_t> history() const;

@@ -26,10 +26,13 @@ struct Wall {
 struct Reading {
   double p = 0.0;
   double impedance = 0.0;
+  double added_mass = 0.0;
   double weight = 0.0;
   void add(double w, const Sample& s, double distance, const Wall& wall, const Gas& gas) {
     p += w * pressure_towards_wall(wall.foot, s, wall.state, distance, gas);
-    impedance += w * density(gas, s.p, s.T) * sound_speed(gas, s.T);
+    const double rho = density(gas, s.p, s.T);
+    impedance += w * rho * sound_speed(gas, s.T);
+    added_mass += w * rho * distance;
     weight += w;
   }
 };
@@ -102,6 +105,7 @@ class Reader {
     if (reading.weight > 0.0) {
       reading.p /= reading.weight;
       reading.impedance /= reading.weight;
+      reading.added_mass /= reading.weight;
     }
     return reading;
   }
@@ -187,21 +191,73 @@ void find_exposure(const Grid& grid, const Bodies& bodies, std::size_t b, std::i
   reading.point = n > 0 ? (1.0 / n) * sum : middle;
 }
 
+/// Least distance of the first probe, spacings: nearer, its difference from the wall is rounding of
+/// the interpolation.
+constexpr double shear_probe = 1.0;
+
+double viscosity(const WallTransport& t, double T) {
+  if (t.sutherland_reference <= 0.0) return t.viscosity;
+  const double r = T / t.sutherland_reference;
+  return t.viscosity * r * std::sqrt(r) * (t.sutherland_reference + t.sutherland_temperature) /
+         (T + t.sutherland_temperature);
+}
+
+/// Slope at the wall of the parabola through 0 at 0, f1 at d1, f2 at d2.
+template <class Value>
+Value wall_slope(const Value& f1, double d1, const Value& f2, double d2) {
+  return (d2 / (d1 * (d2 - d1))) * f1 - (d1 / (d2 * (d2 - d1))) * f2;
+}
+
+/// Shear traction and heat flux at a facet, where gas lies within two spacings in front of it.
+void read_friction(const ReadOut& read, const BodyState& s, const Wall& wall, FacetReading& reading) {
+  const Vec3& point = wall.foot.point;
+  const Vec3& normal = wall.foot.normal;
+  const double h = read.nodes.spacing(normal, read.nodes.cell_inside(point));
+  const auto probe = [&](double distance, Stencil& stencil) {
+    return read.nodes.weigh(point + distance * normal, point, normal, nullptr, least_share,
+                            stencil) >= least_share;
+  };
+  Stencil near, far;
+  if (!probe(shear_probe * h, near) || near.distance <= 0.0) return;
+  const Sample first = sample(near, read.W, read.gas);
+  const auto along_wall = [&](const Sample& at) {
+    const Vec3 relative = at.u - wall.state.velocity;
+    return relative - dot(relative, normal) * normal;
+  };
+  Vec3 slope = (1.0 / near.distance) * along_wall(first);
+  const double T_wall = s.body.wall_temperature;
+  double heat_slope = T_wall > 0.0 ? (first.T - T_wall) / near.distance : 0.0;
+  if (probe(2.0 * shear_probe * h, far) && far.distance > 1.5 * near.distance) {
+    const Sample second = sample(far, read.W, read.gas);
+    slope = wall_slope(along_wall(first), near.distance, along_wall(second), far.distance);
+    if (T_wall > 0.0) {
+      heat_slope = wall_slope(first.T - T_wall, near.distance, second.T - T_wall, far.distance);
+    }
+  }
+  const double mu = viscosity(read.transport, T_wall > 0.0 ? T_wall : first.T);
+  const double cp = read.gas.gas_constant * read.gas.heat_capacity_ratio /
+                    (read.gas.heat_capacity_ratio - 1.0);
+  reading.shear = mu * slope;
+  reading.heat = mu * cp / read.transport.prandtl * heat_slope;
+}
+
 }  // namespace
 
-std::vector<FacetReading> read_facets(const FluidNodes& nodes, const Bodies& bodies,
-                                      FieldsView<const double> W, const Gas& gas, std::size_t b,
-                                      double ambient_pressure) {
-  const BodyState& s = bodies[b];
-  const Reader reader(nodes, W, gas);
+std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double ambient_pressure,
+                                      ReadShear shear) {
+  const BodyState& s = read.bodies[b];
+  const Grid& grid = read.nodes.grid();
+  const Reader reader(read.nodes, read.W, read.gas);
+  const bool friction = shear == ReadShear::yes && read.transport.viscosity > 0.0 &&
+                        s.body.slip == WallSlip::no_slip;
   std::vector<FacetReading> facets(s.n_facets());
   const auto n = static_cast<std::int32_t>(s.n_facets());
 #pragma omp parallel for schedule(dynamic, 64) if (n > 500)
   for (std::int32_t f = 0; f < n; ++f) {
     FacetReading& reading = facets[f];
     const Vec3& normal = s.geometry.normal[f];
-    if (s.buried[f] != 0 || is_cap(nodes.grid(), normal)) continue;
-    find_exposure(nodes.grid(), bodies, b, f, reading);
+    if (s.buried[f] != 0 || is_cap(grid, normal)) continue;
+    find_exposure(grid, read.bodies, b, f, reading);
     if (reading.exposed == 0.0) continue;
     Wall wall{.foot = foot_on_facet(s, f, reading.point)};
     if (!s.at_rest) {
@@ -215,24 +271,45 @@ std::vector<FacetReading> read_facets(const FluidNodes& nodes, const Bodies& bod
     }
     reading.overpressure = found.p - ambient_pressure;
     reading.impedance = found.impedance;
+    reading.added_mass = found.added_mass;
+    if (friction) read_friction(read, s, wall, reading);
   }
   return facets;
 }
 
-void spread_to_vertices(const Grid& grid, const BodyState& body,
-                        const std::vector<FacetReading>& facets, std::span<double> at_vertices) {
+namespace {
+
+/// Mean over the facets around each vertex, weighted with area; `store(v, mean)`.
+template <class Value, class Store>
+void spread(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,
+            Value FacetReading::*value, const Store& store) {
   const SurfaceTopology& topology = body.topology;
   for (std::size_t v = 0; v < body.n_vertices(); ++v) {
-    double load = 0.0;
+    Value sum{};
     double area = 0.0;
     for (std::int32_t n = topology.around_first[v]; n < topology.around_first[v + 1]; ++n) {
       const std::int32_t f = topology.around[n];
       if (is_cap(grid, body.geometry.normal[f])) continue;
-      load += body.geometry.area[f] * facets[f].exposed * facets[f].overpressure;
+      sum = sum + (body.geometry.area[f] * facets[f].exposed) * (facets[f].*value);
       area += body.geometry.area[f];
     }
-    at_vertices[v] = area > 0.0 ? load / area : 0.0;
+    store(v, area > 0.0 ? (1.0 / area) * sum : Value{});
   }
+}
+
+}  // namespace
+
+void spread_to_vertices(const Grid& grid, const BodyState& body,
+                        const std::vector<FacetReading>& facets, std::span<double> at_vertices) {
+  spread(grid, body, facets, &FacetReading::overpressure,
+         [&](std::size_t v, double p) { at_vertices[v] = p; });
+}
+
+void spread_shear(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,
+                  std::span<double> at_vertices) {
+  spread(grid, body, facets, &FacetReading::shear, [&](std::size_t v, const Vec3& shear) {
+    std::copy(shear.c.begin(), shear.c.end(), at_vertices.begin() + static_cast<std::ptrdiff_t>(3 * v));
+  });
 }
 
 BodyLoad integrate_load(const BodyState& body, const std::vector<FacetReading>& facets) {
@@ -241,16 +318,30 @@ BodyLoad integrate_load(const BodyState& body, const std::vector<FacetReading>& 
     const FacetReading& reading = facets[f];
     if (reading.exposed == 0.0) continue;
     const double area = reading.exposed * body.geometry.area[f];
-    const Vec3 force = (-reading.overpressure * area) * body.geometry.normal[f];
+    const Vec3& normal = body.geometry.normal[f];
+    const Vec3 shear = area * reading.shear;
+    const Vec3 force = (-reading.overpressure * area) * normal + shear;
     const Vec3 moment = cross(reading.point, force);
     const Corners& v = body.topology.facet[f];
     const Vec3 velocity = (1.0 / 3.0) * (row(body.velocity, v[0]) + row(body.velocity, v[1]) +
                                          row(body.velocity, v[2]));
+    const Vec3 turning = cross(reading.point, normal);
+    const std::array<double, 6> g = {normal[0],  normal[1],  normal[2],
+                                     turning[0], turning[1], turning[2]};
     for (std::size_t a = 0; a < 3; ++a) {
       load.force[a] += force.c[a];
+      load.shear_force[a] += shear.c[a];
       load.moment[a] += moment.c[a];
     }
+    for (std::size_t a = 0; a < 6; ++a) {
+      for (std::size_t c = 0; c < 6; ++c) {
+        load.impedance[6 * a + c] += reading.impedance * area * g[a] * g[c];
+        load.added_mass[6 * a + c] += reading.added_mass * area * g[a] * g[c];
+      }
+    }
     load.power += dot(force, velocity);
+    load.heat += area * reading.heat;
+    load.volume_rate += area * dot(normal, velocity);
     load.exposed_area += area;
     load.largest_impedance = std::max(load.largest_impedance, reading.impedance);
   }

@@ -13,23 +13,40 @@ struct FacetReading {
   double exposed = 0.0;       ///< share of the facet in the gas: 0, 1/4, .. 1
   double overpressure = 0.0;  ///< Pa, at `point`
   double impedance = 0.0;     ///< kg/(m^2 s), rho c there
+  double added_mass = 0.0;    ///< kg/m^2, of the gas between the wall and what is read
+  Vec3 shear;                 ///< Pa, traction on the body along the wall
+  double heat = 0.0;          ///< W/m^2 into the body
 };
+
+/// What is read, and where.
+struct ReadOut {
+  FluidNodes nodes;
+  const Bodies& bodies;
+  FieldsView<const double> W;
+  const Gas& gas;
+  const WallTransport& transport;
+};
+enum class ReadShear { no, yes };
 
 /// Overpressure on all facets of body b: multilinear at the middle of the exposed part, corners
 /// behind the wall taken at their mirror images, each corrected to the wall with the slope of the
 /// ghosts' pressure.
+/// Shear and heat flux from the parabola through the wall and two points one and two spacings away.
 /// A facet counts as covered where another body lies on it, where it lies outside the grid, and
 /// where its normal has no part in a present direction.
-[[nodiscard]] std::vector<FacetReading> read_facets(const FluidNodes& nodes, const Bodies& bodies,
-                                                    FieldsView<const double> W, const Gas& gas,
-                                                    std::size_t b, double ambient_pressure);
+[[nodiscard]] std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b,
+                                                    double ambient_pressure, ReadShear shear);
 
 /// The same at the vertices: mean over the facets around, weighted with area, covered parts as
 /// zero. Linear interpolation of these over the facets keeps the integral of pressure.
 void spread_to_vertices(const Grid& grid, const BodyState& body,
                         const std::vector<FacetReading>& facets, std::span<double> at_vertices);
 
-/// Force, moment and power of the readings on body b.
+/// Tractions of shear at the vertices [n_vertices, 3], the same mean.
+void spread_shear(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,
+                  std::span<double> at_vertices);
+
+/// Force, moment, power, impedance of the readings on body b.
 [[nodiscard]] BodyLoad integrate_load(const BodyState& body,
                                       const std::vector<FacetReading>& facets);
 
