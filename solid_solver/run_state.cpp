@@ -24,15 +24,12 @@ void SolidRun::build_interface_inertia() {
   if (loads_.empty() || !loads_.back().coupled) return;
   const auto& mass = assembly_->nodal_mass();
   std::vector<double> impedance(mass.size(), 1e300);  // smallest rho c of the cells at a node
-  const auto visit = [&](std::size_t cell, const std::int32_t* nodes, std::size_t n) {
-    const auto& material = assembly_->material_of_cell(cell);
-    for (std::size_t a = 0; a < n; ++a)
-      impedance[index(nodes[a])] =
-          std::min(impedance[index(nodes[a])], material.density * material.sound_speed());
-  };
-  for (std::size_t h = 0; h < mesh().n_hex(); ++h) visit(h, &mesh().hex8[8 * h], 8);
-  for (std::size_t t = 0; t < mesh().n_tet(); ++t)
-    visit(mesh().n_hex() + t, &mesh().tet4[4 * t], 4);
+  for (std::size_t number = 0; number < mesh().n_cells(); ++number) {
+    const auto& material = assembly_->material_of_cell(number);
+    for (const auto n : mesh().cell(number).nodes)
+      impedance[index(n)] =
+          std::min(impedance[index(n)], material.density * material.sound_speed());
+  }
   const auto areas = loads_.back().surface.nodal_areas();
   double area = 0.0;
   double total = 0.0;
@@ -66,6 +63,8 @@ EnergyTable SolidRun::compute_energies(const CellResults& cells) {
       e.kinetic - sums_.last_step * sums_.last_step / 8.0 * square + sums_.scheme_jumps;
   for (std::size_t cell = 0; cell < mesh().n_cells(); ++cell)
     e.internal += cells[cell * n_evaluated + strain_energy];
+  for (std::size_t cell = 0; cell < mesh().n_cells(); ++cell)
+    e.hourglass += cells[cell * n_evaluated + hourglass_energy];
   for (const auto& set : setup_.springs)
     for (std::size_t k = 0; k < set.nodes.size(); ++k)
       for (std::size_t i = 0; i < 3; ++i) {
@@ -73,23 +72,23 @@ EnergyTable SolidRun::compute_energies(const CellResults& cells) {
         e.spring += 0.5 * set.stiffness[k] * d * d;
       }
   e.viscous = sums_.viscous;
+  e.relaxation = sums_.relaxation;
   e.damping = sums_.damping;
   e.external = sums_.external;
   e.initial = sums_.initial;
-  sums_.peak_energy = std::max(
-      {sums_.peak_energy, e.kinetic + e.internal + e.spring, std::abs(e.external), e.initial});
-  const double left =
-      e.kinetic_scheme + e.internal + e.viscous + e.spring + e.damping - e.external - e.initial;
+  sums_.peak_energy = std::max({sums_.peak_energy, e.kinetic + e.internal + e.hourglass + e.spring,
+                                std::abs(e.external), e.initial});
+  const double left = e.kinetic_scheme + e.internal + e.hourglass + e.viscous + e.relaxation +
+                      e.spring + e.damping - e.external - e.initial;
   e.error = sums_.peak_energy > 0.0 ? left / sums_.peak_energy : 0.0;
   if (!std::isfinite(e.error) || std::abs(e.error) > setup_.control.energy_error_limit)
-    throw NumericsError(
-        fmt::format("energy balance lost at t = {:.9g} s: kinetic {:.6g}, internal {:.6g}, viscous "
-                    "{:.6g}, spring {:.6g}, damping "
-                    "{:.6g}, external {:.6g}, initial {:.6g} J; error {:.3g} of the peak, accepted "
-                    "{:.3g}; lower "
-                    "solid.integrator.safety",
-                    state_.time, e.kinetic, e.internal, e.viscous, e.spring, e.damping, e.external,
-                    e.initial, e.error, setup_.control.energy_error_limit));
+    throw NumericsError(fmt::format(
+        "energy balance lost at t = {:.9g} s: kinetic {:.6g}, internal {:.6g}, "
+        "hourglass {:.6g}, viscous {:.6g}, relaxation {:.6g}, spring {:.6g}, damping "
+        "{:.6g}, external {:.6g}, initial {:.6g} J; error {:.3g} of the peak, accepted "
+        "{:.3g}; lower solid.integrator.safety",
+        state_.time, e.kinetic, e.internal, e.hourglass, e.viscous, e.relaxation, e.spring,
+        e.damping, e.external, e.initial, e.error, setup_.control.energy_error_limit));
   return e;
 }
 
@@ -112,8 +111,13 @@ std::array<double, 6> SolidRun::momenta() const {
 }
 
 std::vector<SolidRun::NamedArray> SolidRun::checkpoint_arrays() {
-  flags_ = {state_.time,  awake_ ? 1.0 : 0.0, static_cast<double>(steps_since_look_),
-            stable_step_, transit_,           omega_};
+  flags_ = {state_.time,
+            awake_ ? 1.0 : 0.0,
+            static_cast<double>(steps_since_look_),
+            stable_step_,
+            element_step_,
+            omega_,
+            static_cast<double>(steps_since_renewal_)};
   static_assert(sizeof(RunningSums) % sizeof(double) == 0);
   std::vector<NamedArray> arrays{
       {"flags", flags_, "1"},
@@ -122,8 +126,13 @@ std::vector<SolidRun::NamedArray> SolidRun::checkpoint_arrays() {
       {"velocity", state_.velocity, "m/s"},
       {"acceleration", state_.acceleration, "m/s^2"},
       {"residual", residual_, "N"}};
-  for (std::size_t b = 0; b < assembly_->blocks().size(); ++b)
-    arrays.push_back({fmt::format("bulk_viscosity/{}", b), assembly_->blocks()[b].memory(), "1"});
+  std::size_t b = 0;
+  for (auto& block : assembly_->blocks()) {
+    arrays.push_back({fmt::format("bulk_viscosity/{}", b), block.memory(), "1"});
+    if (!block.overlay_state().empty())
+      arrays.push_back({fmt::format("overlay/{}", b), block.overlay_state(), "1"});
+    ++b;
+  }
   for (std::size_t k = 0; k < loads_.size(); ++k) {
     arrays.push_back({fmt::format("loads/{}/pressure", k), loads_[k].pressure, "Pa"});
     arrays.push_back({fmt::format("loads/{}/forces", k), loads_[k].forces, "N"});
@@ -141,8 +150,10 @@ void SolidRun::restored() {
   awake_ = flags_[1] != 0.0;
   steps_since_look_ = static_cast<int>(flags_[2]);
   stable_step_ = flags_[3];
-  transit_ = flags_[4];
+  element_step_ = flags_[4];
   omega_ = flags_[5];
+  steps_since_renewal_ = static_cast<int>(flags_[6]);
+  assembly_->wake_all();
 }
 
 }  // namespace ocublast::solid

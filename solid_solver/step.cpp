@@ -56,21 +56,25 @@ void SolidRun::build_inverse_mass() {
     for (const auto n : f.nodes)
       for (std::size_t i = 0; i < 3; ++i)
         if (f.directions[i]) inverse_mass_[4 * index(n) + i] = 0.0;
+  for (std::size_t n = 0; n < mass.size(); ++n)
+    if (assembly_->planar_nodes()[n]) inverse_mass_[4 * n + 2] = 0.0;
   for (const auto& p : setup_.prescribed)
     for (const auto n : p.nodes) inverse_mass_[4 * index(n) + p.direction] = 0.0;
 }
 
 void SolidRun::renew_stable_step() {
-  transit_ = assembly_->smallest_transit(state_.displacement).first;
+  const auto bound = assembly_->element_step(state_.displacement);
+  element_step_ = bound.step;
+  steps_since_renewal_ = 0;
   if (setup_.control.rule == StepControl::Rule::element) {
-    stable_step_ = setup_.control.element_factor * transit_;
+    stable_step_ = setup_.control.element_factor * element_step_;
     return;
   }
   AlignedVector<double> moved(state_.displacement.size());
   AlignedVector<double> back(moved.size());
   // Product by a central difference of the forces: a tenth of a thousandth of the smallest length
   // leaves an error of 1e-8 by curvature and 1e-11 by rounding.
-  const double length = transit_ * setup_.materials.front().sound_speed();
+  const double length = bound.transit * assembly_->material_of_cell(bound.cell).sound_speed();
   const auto product = [&](std::span<const double> x, std::span<double> y) {
     double largest = 0.0;
     for (const double value : x) largest = std::max(largest, std::abs(value));
@@ -94,7 +98,8 @@ void SolidRun::renew_stable_step() {
         fmt::format("no largest frequency found at t = {:.6g} s (omega = {}): are all "
                     "nodes fixed, or is the state lost?",
                     state_.time, omega_));
-  double damping = damping_of_highest_mode * setup_.assembly.viscosity.linear;
+  double damping = damping_of_highest_mode * setup_.assembly.viscosity.linear +
+                   assembly_->viscous_damping_ratio(omega_);
   const auto& mass = assembly_->nodal_mass();
   for (const auto& s : setup_.springs)  // dashpots: xi = c / (2 m omega)
     for (std::size_t k = 0; k < s.nodes.size(); ++k)
@@ -104,8 +109,10 @@ void SolidRun::renew_stable_step() {
 
 void SolidRun::look_at_configuration() {
   steps_since_look_ = 0;
-  const double now = assembly_->smallest_transit(state_.displacement).first;
-  if (std::abs(now / transit_ - 1.0) > setup_.control.shrink_limit) renew_stable_step();
+  const double now = assembly_->element_step(state_.displacement).step;
+  if (std::abs(now / element_step_ - 1.0) > setup_.control.shrink_limit ||
+      steps_since_renewal_ >= setup_.control.renew_every)
+    renew_stable_step();
 }
 
 void SolidRun::set_velocity(std::int32_t node, const std::array<double, 3>& velocity) {
@@ -159,6 +166,7 @@ WindowResult SolidRun::advance(const Window& window) {
     impose_prescribed(times);
     const auto report = assembly_->compute_force(state_.displacement, residual_, 1.0 / dt);
     sums_.viscous += report.viscous_work;
+    sums_.relaxation += report.overlay_work;
     if (report.bad) report_inverted(times.t_new);
     apply_loads(window, times, result);
     apply_springs(dt);
@@ -168,6 +176,7 @@ WindowResult SolidRun::advance(const Window& window) {
   }
   sums_.steps += result.steps;
   steps_since_look_ += static_cast<int>(result.steps);
+  steps_since_renewal_ += static_cast<int>(result.steps);
   for (auto& load : loads_)
     if (load.coupled) {
       if (window.overpressure.empty())
@@ -336,15 +345,13 @@ double SolidRun::residual_square() const {
 
 void SolidRun::report_inverted(double time) {
   const auto place = assembly_->find_worst(state_.displacement);
-  const bool hex = place.cell < mesh().n_hex();
-  throw NumericsError(
-      fmt::format("{} {} of tissue {} inverted or lost at t = {:.9g} s: smallest J = {:.4g}, "
-                  "centre ({:.6g}, {:.6g}, {:.6g}) m, "
-                  "step {:.3g} s (critical {:.3g} s); refine there, soften the load, or lower "
-                  "solid.integrator.safety",
-                  hex ? "hex" : "tet", hex ? place.cell : place.cell - mesh().n_hex(), place.tissue,
-                  time, place.jacobian, place.position[0], place.position[1], place.position[2],
-                  sums_.last_step, stable_step_));
+  const auto cell = mesh().cell(place.cell);
+  throw NumericsError(fmt::format(
+      "{} {} of tissue {} inverted or lost at t = {:.9g} s: smallest J = {:.4g}, "
+      "centre ({:.6g}, {:.6g}, {:.6g}) m, step {:.3g} s (critical {:.3g} s); refine "
+      "there, soften the load, or lower solid.integrator.safety",
+      info(cell.shape).name, cell.index, place.tissue, time, place.jacobian, place.position[0],
+      place.position[1], place.position[2], sums_.last_step, stable_step_));
 }
 
 }  // namespace ocublast::solid

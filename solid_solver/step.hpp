@@ -25,10 +25,11 @@ struct StepControl {
   enum class Rule { lanczos, element };
   Rule rule = Rule::lanczos;
   double safety = 0.9;          ///< of the critical step by Lanczos
-  double element_factor = 0.7;  ///< of the smallest L/c, rule element
+  double element_factor = 1.0;  ///< of the elements' own steps, rule element
   int lanczos_products = 20;
   int check_every = 200;       ///< steps between looks at the current configuration
-  double shrink_limit = 0.05;  ///< relative change of the smallest L/c that renews the estimate
+  double shrink_limit = 0.05;  ///< relative change of the elements' step that renews the estimate
+  int renew_every = 1000;      ///< steps after which it is renewed anyway: laws may stiffen
   bool sleep = true;           ///< skip windows in which nothing can move
   double energy_error_limit = 0.05;  ///< of the peak energy; beyond it the run stops
 };
@@ -76,18 +77,21 @@ struct EnergyTable {
   double kinetic = 0.0;  ///< 1/2 v.M v
   double kinetic_scheme =
       0.0;                ///< what the scheme conserves instead: kinetic - dt^2/8 a.M a + its jumps
-  double internal = 0.0;  ///< strain energy
-  double viscous = 0.0;   ///< dissipated by bulk viscosity
-  double spring = 0.0;    ///< stored in springs to ground
-  double damping = 0.0;   ///< dissipated by dashpots
-  double external = 0.0;  ///< work of all loads and prescribed motions
-  double initial = 0.0;   ///< kinetic energy given at the start
-  double error = 0.0;     ///< (sum of what is there - external - initial) / peak
+  double internal = 0.0;  ///< strain energy of the laws
+  double hourglass = 0.0;   ///< stored in hourglass stiffness
+  double relaxation = 0.0;  ///< work on rate-dependent stress (viscoelastic: negative)
+  double viscous = 0.0;     ///< dissipated by bulk viscosity
+  double spring = 0.0;      ///< stored in springs to ground
+  double damping = 0.0;     ///< dissipated by dashpots
+  double external = 0.0;    ///< work of all loads and prescribed motions
+  double initial = 0.0;     ///< kinetic energy given at the start
+  double error = 0.0;       ///< (sum of what is there - external - initial) / peak
 };
 
 /// Sums of a run that belong to its state.
 struct RunningSums {
   double viscous = 0.0;
+  double relaxation = 0.0;
   double damping = 0.0;
   double external = 0.0;
   double initial = 0.0;
@@ -188,12 +192,13 @@ class SolidRun {
   double body_mass_per_area_ = 0.0;  ///< kg/m^2
   double stable_step_ = 0.0;
   double omega_ = 0.0;
-  double transit_ = 0.0;  ///< smallest L/c when the step was found, s
+  double element_step_ = 0.0;  ///< by the elements' rule when the step was found, s
   int steps_since_look_ = 0;
+  int steps_since_renewal_ = 0;
   bool awake_ = false;
   RunningSums sums_;
-  std::vector<double>
-      flags_;  ///< time, awake, steps since look, stable step, transit, omega: for checkpoints
+  std::vector<double> flags_;  ///< time, awake, steps since look, stable step, element step, omega
+                               ///< and steps since it was found: for checkpoints
 };
 
 }  // namespace ocublast::solid

@@ -1,14 +1,32 @@
 #include "solid_solver/elements/assembly.hpp"
 
+#include <fmt/format.h>
+#include <omp.h>
+
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <limits>
 #include <map>
+#include <stdexcept>
 
-#include "solid_solver/elements/hex8_geometry.hpp"
-#include "solid_solver/elements/tet4_geometry.hpp"
+#include "solid_solver/mesh/cell_geometry.hpp"
 
 namespace ocublast::solid {
+namespace {
+
+std::size_t index(std::int32_t n) {
+  return static_cast<std::size_t>(n);
+}
+
+}  // namespace
+
+std::string describe_cell(const SolidMesh& mesh, std::size_t cell) {
+  const auto c = mesh.cell(cell);
+  const auto x = cell_centre(mesh, cell);
+  return fmt::format("{} {} of {} at ({:.4g}, {:.4g}, {:.4g}) m", info(c.shape).name, c.index,
+                     mesh.tissues[index(c.tissue)], x[0], x[1], x[2]);
+}
 
 Assembly::Assembly(const SolidMesh& mesh, std::vector<Material> materials,
                    std::vector<std::int32_t> material_of_tissue, const AssemblyOptions& options)
@@ -16,27 +34,52 @@ Assembly::Assembly(const SolidMesh& mesh, std::vector<Material> materials,
       materials_(std::move(materials)),
       material_of_tissue_(std::move(material_of_tissue)),
       options_(options),
-      laws_(make_laws()) {
+      laws_(make_laws()),
+      elements_(make_elements()),
+      buffers_(static_cast<std::size_t>(options.threads)) {
+  choose_elements();
   build_blocks();
   build_colours();
   build_mass();
 }
 
+void Assembly::choose_elements() {
+  const auto find = [&](const std::string& name) {
+    const auto found = std::find_if(elements_.begin(), elements_.end(),
+                                    [&](const ElementType& type) { return type.name == name; });
+    if (found == elements_.end()) throw std::invalid_argument("no element " + name);
+    return &*found;
+  };
+  for (const auto& shape : shapes) {
+    auto& list = element_of_[static_cast<std::size_t>(shape.shape)];
+    list.assign(mesh_.tissues.size(), find(shape.default_element));
+    for (std::size_t t = 0; t < options_.element_of_tissue.size(); ++t) {
+      if (options_.element_of_tissue[t].empty()) continue;
+      const auto* type = find(options_.element_of_tissue[t]);
+      if (type->shape == shape.shape) list[t] = type;
+    }
+  }
+}
+
 void Assembly::build_blocks() {
-  std::map<std::pair<ElementType, std::size_t>, std::vector<std::int64_t>> cells;
-  for (std::size_t cell = 0; cell < mesh_.n_cells(); ++cell) {
-    const auto type = cell < mesh_.n_hex() ? ElementType::hex8_q1p0 : ElementType::tet4_anp;
-    cells[{type, material_of_cell(cell).law}].push_back(static_cast<std::int64_t>(cell));
+  // Materials with rates are kept apart: the others need no state.
+  std::map<std::tuple<std::size_t, std::size_t, bool>, std::vector<std::int64_t>> cells;
+  for (std::size_t number = 0; number < mesh_.n_cells(); ++number) {
+    const auto type = static_cast<std::size_t>(&element_of(mesh_.cell(number)) - elements_.data());
+    const auto& material = material_of_cell(number);
+    cells[{type, material.law, material.rate_dependent()}].push_back(
+        static_cast<std::int64_t>(number));
   }
   const ElementBlock::Parts parts{.mesh = mesh_,
                                   .materials = materials_,
                                   .material_of_tissue = material_of_tissue_,
                                   .viscosity = options_.viscosity,
+                                  .hourglass = options_.hourglass,
                                   .chunk_elements = options_.chunk_elements};
   for (auto& [key, list] : cells) {
-    blocks_.emplace_back(key.first, key.second, laws_[key.second].constants.size(), std::move(list),
-                         parts);
-    has_tets_ = has_tets_ || key.first == ElementType::tet4_anp;
+    const auto& type = elements_[std::get<0>(key)];
+    blocks_.emplace_back(type, laws_[std::get<1>(key)], std::move(list), parts);
+    has_nodal_ = has_nodal_ || type.volumetric == Volumetric::nodal;
   }
 }
 
@@ -45,91 +88,145 @@ void Assembly::build_colours() {
   // beyond what compact chunks need (about 8); more would mean a chunk of scattered elements, which
   // then gets a colour of its own.
   std::vector<std::uint64_t> seen(mesh_.n_nodes(), 0);
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const auto view = blocks_[b].view();
-    const std::int64_t width = (blocks_[b].type() == ElementType::hex8_q1p0 ? 8 : 4) * batch_lanes;
-    for (const auto& [begin, end] : blocks_[b].chunks()) {
-      const std::span nodes(view.nodes + begin * width,
-                            static_cast<std::size_t>((end - begin) * width));
+  std::size_t n_chunks = 0;
+  for (auto& block : blocks_) {
+    for (const auto& [begin, end] : block.chunks()) {
+      const auto span = block.nodes(begin, end);
+      std::vector<std::int32_t> nodes(span.begin(), span.end());
+      std::sort(nodes.begin(), nodes.end());
+      nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+      Chunk chunk{.block = &block,
+                  .begin = begin,
+                  .end = end,
+                  .first_node = chunk_nodes_.size(),
+                  .last_node = chunk_nodes_.size() + nodes.size()};
+      chunk_nodes_.insert(chunk_nodes_.end(), nodes.begin(), nodes.end());
+      ++n_chunks;
       std::uint64_t taken = 0;
-      for (const std::int32_t n : nodes) taken |= seen[static_cast<std::size_t>(n)];
+      for (const std::int32_t n : nodes) taken |= seen[index(n)];
       const auto colour = static_cast<std::size_t>(std::countr_one(taken));
-      const Chunk chunk{.block = b, .begin = begin, .end = end};
       if (colour >= 64) {
         colours_.push_back({chunk});
         continue;
       }
       if (colour >= colours_.size()) colours_.resize(colour + 1);
       colours_[colour].push_back(chunk);
-      for (const std::int32_t n : nodes)
-        seen[static_cast<std::size_t>(n)] |= std::uint64_t{1} << colour;
+      for (const std::int32_t n : nodes) seen[index(n)] |= std::uint64_t{1} << colour;
     }
   }
-  std::size_t n_chunks = 0;
-  for (const auto& colour : colours_) n_chunks += colour.size();
   sums_.resize(n_chunks);
 }
 
 void Assembly::build_mass() {
   mass_.assign(mesh_.n_nodes(), 0.0);
-  for (std::size_t cell = 0; cell < mesh_.n_hex(); ++cell) {
-    const std::int32_t* nodes = mesh_.hex8.data() + 8 * cell;
-    const auto g = compute_hex_geometry(cell_positions<8>(mesh_, nodes));
-    for (std::size_t a = 0; a < 8; ++a)
-      mass_[static_cast<std::size_t>(nodes[a])] += material_of_cell(cell).density * g.lumped[a];
-  }
-  for (std::size_t t = 0; t < mesh_.n_tet(); ++t) {
-    const std::int32_t* nodes = mesh_.tet4.data() + 4 * t;
-    const double volume = compute_tet_geometry(cell_positions<4>(mesh_, nodes)).volume;
-    for (std::size_t a = 0; a < 4; ++a)
-      mass_[static_cast<std::size_t>(nodes[a])] +=
-          0.25 * volume * material_of_cell(mesh_.n_hex() + t).density;
+  planar_.assign(mesh_.n_nodes(), true);
+  std::array<double, most_nodes> volumes{};
+  for (std::size_t number = 0; number < mesh_.n_cells(); ++number) {
+    const auto cell = mesh_.cell(number);
+    const auto& type = element_of(cell);
+    const auto x = cell_positions(mesh_, cell.nodes);
+    type.geometry.lump(x.nodes(), {volumes.data(), x.n});
+    for (std::size_t a = 0; a < x.n; ++a) {
+      mass_[index(cell.nodes[a])] += material_of_cell(number).density * volumes[a];
+      if (!type.planar) planar_[index(cell.nodes[a])] = false;
+    }
   }
 }
 
-/// Inside a parallel region: dilatation and pressure at the nodes of tets.
-void Assembly::compute_nodal_pressures(const KernelStep& step) {
+bool Assembly::moved(const Chunk& chunk, const double* displacement) const {
+  if (chunk.active || !options_.skip_undeformed) return true;
+  for (std::size_t k = chunk.first_node; k < chunk.last_node; ++k) {
+    const double* d = displacement + 4 * index(chunk_nodes_[k]);
+    if (d[0] != 0.0 || d[1] != 0.0 || d[2] != 0.0) return true;
+  }
+  return false;
+}
+
+/// Whether a chunk must be computed: an undeformed one has no forces, exactly.
+bool Assembly::deformed(const Chunk& chunk, const double* displacement) const {
+  if (moved(chunk, displacement)) return true;
+  if (chunk.block->type().volumetric != Volumetric::nodal) return false;
+  // A pressure node may have got its pressure from the other side.
+  const auto view = chunk.block->view();
+  const auto* begin = view.pressure_nodes + chunk.begin * 4 * batch_lanes;
+  const auto* end = view.pressure_nodes + chunk.end * 4 * batch_lanes;
+  return std::any_of(begin, end,
+                     [&](std::int32_t p) { return view.nodal_volume_change[p] != 0.0; });
+}
+
+/// Inside a parallel region: dilatation and pressure at the nodes of elements that average there.
+void Assembly::compute_nodal_pressures(const double* displacement) {
   for (auto& block : blocks_) {
-    if (block.type() != ElementType::tet4_anp) continue;
+    if (block.type().volumetric != Volumetric::nodal) continue;
     auto& change = block.nodal_volume_change();
 #pragma omp for schedule(static)
     for (std::size_t a = 0; a < change.size(); ++a) change[a] = 0.0;
   }
-  for (const auto& colour : colours_) {
+  auto& buffer = buffers_[static_cast<std::size_t>(omp_get_thread_num())];
+  for (auto& colour : colours_) {
 #pragma omp for schedule(dynamic)
     for (std::size_t k = 0; k < colour.size(); ++k) {
-      auto& block = blocks_[colour[k].block];
-      if (block.type() == ElementType::tet4_anp)
-        kernels(block).tet_volume(block.view(), step, colour[k].begin, colour[k].end);
+      auto& block = *colour[k].block;
+      if (block.type().volumetric != Volumetric::nodal) continue;
+      if (!moved(colour[k], displacement)) continue;
+      const auto& element = element_kernels(block);
+      const auto& law = law_kernels(block);
+      const auto view = block.view();
+      for (auto b = colour[k].begin; b < colour[k].end; b += block.group()) {
+        const auto last = std::min(colour[k].end, b + block.group());
+        element.gradients(view, displacement, b, last, buffer);
+        law.dilatation(b, last, buffer);
+        element.add_volume(view, b, last, buffer);
+      }
     }
   }
   for (auto& block : blocks_) {
-    if (block.type() != ElementType::tet4_anp) continue;
+    if (block.type().volumetric != Volumetric::nodal) continue;
     const auto n = static_cast<std::int64_t>(block.n_pressure_nodes());
 #pragma omp for schedule(static)
     for (std::int64_t part = 0; part < (n + 1023) / 1024; ++part)
-      kernels(block).tet_pressure(block.view(), 1024 * part, std::min(n, 1024 * (part + 1)));
+      law_kernels(block).nodal_pressure(block.view(), 1024 * part, std::min(n, 1024 * (part + 1)));
+  }
+}
+
+void Assembly::run_chunk(const Chunk& chunk, const double* displacement, double* force,
+                         double inverse_step, PointBuffer& buffer, KernelSums& sums) const {
+  auto& block = *chunk.block;
+  const auto& element = element_kernels(block);
+  const auto& law = law_kernels(block);
+  const auto view = block.view();
+  const bool nodal = block.type().volumetric == Volumetric::nodal;
+  for (auto b = chunk.begin; b < chunk.end; b += block.group()) {
+    const auto last = std::min(chunk.end, b + block.group());
+    element.gradients(view, displacement, b, last, buffer);
+    if (nodal) element.gather_pressure(view, b, last, buffer);
+    law.stress(view, inverse_step, b, last, buffer, sums);
+    element.forces(view, b, last, buffer, force);
+    if (!block.type().hourglass) continue;
+    for (std::int64_t e = 0; e < last - b; ++e)
+      for (int lane = 0; lane < batch_lanes; ++lane)
+        sums.hourglass_energy += buffer.hourglass[e][lane];
   }
 }
 
 ForceReport Assembly::compute_force(std::span<const double> displacement, std::span<double> force,
                                     double inverse_step) {
-  const KernelStep step{
-      .displacement = displacement.data(), .force = force.data(), .inverse_step = inverse_step};
 #pragma omp parallel num_threads(options_.threads)
   {
 #pragma omp for schedule(static)
     for (std::size_t i = 0; i < force.size(); ++i) force[i] = 0.0;
-    if (has_tets_) compute_nodal_pressures(step);
+    if (has_nodal_) compute_nodal_pressures(displacement.data());
+    auto& buffer = buffers_[static_cast<std::size_t>(omp_get_thread_num())];
     std::size_t first = 0;
-    for (const auto& colour : colours_) {
+    for (auto& colour : colours_) {
 #pragma omp for schedule(dynamic)
       for (std::size_t k = 0; k < colour.size(); ++k) {
-        auto& block = blocks_[colour[k].block];
         KernelSums sums;
-        const auto kernel = block.type() == ElementType::hex8_q1p0 ? kernels(block).hex_force
-                                                                   : kernels(block).tet_force;
-        kernel(block.view(), step, colour[k].begin, colour[k].end, sums);
+        if (deformed(colour[k], displacement.data())) {
+          // Only steps in time leave a mark: probes of the stiffness move everything.
+          colour[k].active = colour[k].active || inverse_step > 0.0;
+          run_chunk(colour[k], displacement.data(), force.data(), inverse_step, buffer, sums);
+        }
         sums_[first + k] = sums;
       }
       first += colour.size();
@@ -138,6 +235,8 @@ ForceReport Assembly::compute_force(std::span<const double> displacement, std::s
   ForceReport report;
   for (const auto& sums : sums_) {
     report.viscous_work += sums.viscous_work;
+    report.overlay_work += sums.overlay_work;
+    report.hourglass_energy += sums.hourglass_energy;
     report.bad = report.bad || sums.bad > 0;
   }
   return report;
@@ -145,19 +244,21 @@ ForceReport Assembly::compute_force(std::span<const double> displacement, std::s
 
 void Assembly::evaluate(std::span<const double> displacement, CellResults& results) {
   results.resize(mesh_.n_cells() * n_evaluated);
-  const KernelStep step{.displacement = displacement.data()};
 #pragma omp parallel num_threads(options_.threads)
   {
-    if (has_tets_) compute_nodal_pressures(step);
+    if (has_nodal_) compute_nodal_pressures(displacement.data());
+    auto& buffer = buffers_[static_cast<std::size_t>(omp_get_thread_num())];
+    std::memset(buffer.hourglass, 0, sizeof buffer.hourglass);
     AlignedVector<double> batch(n_evaluated * batch_lanes);
     for (auto& block : blocks_) {
-      // The kernels write at batch * n_evaluated * 8; one batch at a time keeps the memory small.
-      const auto kernel = block.type() == ElementType::hex8_q1p0 ? kernels(block).hex_evaluate
-                                                                 : kernels(block).tet_evaluate;
+      const auto& element = element_kernels(block);
+      const auto view = block.view();
 #pragma omp for schedule(static)
       for (std::int64_t b = 0; b < block.n_batches(); ++b) {
-        kernel(block.view(), displacement.data(), b, b + 1,
-               batch.data() - b * n_evaluated * batch_lanes);
+        element.gradients(view, displacement.data(), b, b + 1, buffer);
+        if (element.gather_pressure != nullptr && block.type().volumetric == Volumetric::nodal)
+          element.gather_pressure(view, b, b + 1, buffer);
+        law_kernels(block).evaluate(view, b, b + 1, buffer, batch.data());
         for (std::size_t lane = 0; lane < batch_lanes; ++lane) {
           const std::int64_t cell = block.cell(static_cast<std::size_t>(b) * batch_lanes + lane);
           if (cell < 0) continue;
@@ -183,32 +284,57 @@ ElementPlace Assembly::find_worst(std::span<const double> displacement) {
     place.jacobian = lost ? mean : jacobian;
     if (lost) break;
   }
-  place.tissue = mesh_.tissues[static_cast<std::size_t>(mesh_.tissue_of(place.cell))];
-  place.position = cell_centre(mesh_, place.cell);
-  const bool hex = place.cell < mesh_.n_hex();
-  const std::size_t n = hex ? 8 : 4;
-  const std::int32_t* nodes =
-      hex ? &mesh_.hex8[8 * place.cell] : &mesh_.tet4[4 * (place.cell - mesh_.n_hex())];
-  for (std::size_t a = 0; a < n; ++a)
-    for (std::size_t i = 0; i < 3; ++i)
-      place.position[i] +=
-          displacement[4 * static_cast<std::size_t>(nodes[a]) + i] / static_cast<double>(n);
+  place.tissue = mesh_.tissues[index(mesh_.tissue_of(place.cell))];
+  place.position = cell_centre(mesh_, place.cell, displacement.data());
   return place;
 }
 
-std::pair<double, std::size_t> Assembly::smallest_transit(
-    std::span<const double> displacement) const {
-  std::pair<double, std::size_t> smallest{std::numeric_limits<double>::infinity(), 0};
-  for (std::size_t cell = 0; cell < mesh_.n_cells(); ++cell) {
-    const double transit =
-        cell_length(mesh_, cell, displacement.data()) / material_of_cell(cell).sound_speed();
-    if (transit < smallest.first) smallest = {transit, cell};
+StepBound Assembly::element_step(std::span<const double> displacement) const {
+  StepBound smallest{.step = std::numeric_limits<double>::infinity()};
+  for (std::size_t number = 0; number < mesh_.n_cells(); ++number) {
+    const auto cell = mesh_.cell(number);
+    const auto& type = element_of(cell);
+    const auto x = cell_positions(mesh_, cell.nodes, displacement.data());
+    const double transit = type.geometry.length(x.nodes()) / material_of_cell(number).sound_speed();
+    if (type.step_factor * transit >= smallest.step) continue;
+    smallest = {.transit = transit, .step = type.step_factor * transit, .cell = number};
   }
   return smallest;
 }
 
+double Assembly::viscous_damping_ratio(double omega) const {
+  // Shear viscosity eta damps the highest mode of an element of length L by at most
+  // 8 eta / (rho L^2) (largest eigenvalue of a hex's deviatoric operator, with a third to spare);
+  // the ratio is half of that over omega.
+  double largest = 0.0;
+  for (std::size_t number = 0; number < mesh_.n_cells(); ++number) {
+    const auto& material = material_of_cell(number);
+    const double eta = material.shear_viscosity();
+    if (eta == 0.0 && material.stiffness_damping == 0.0) continue;
+    const auto cell = mesh_.cell(number);
+    const double length =
+        element_of(cell).geometry.length(cell_positions(mesh_, cell.nodes).nodes());
+    largest = std::max(largest, 4.0 * eta / (material.density * length * length * omega) +
+                                    0.5 * material.stiffness_damping * omega);
+  }
+  return largest;
+}
+
+void Assembly::wake_all() {
+  for (auto& colour : colours_)
+    for (auto& chunk : colour) chunk.active = true;
+}
+
+std::size_t Assembly::n_active_chunks() const {
+  std::size_t n = 0;
+  for (const auto& colour : colours_)
+    n += static_cast<std::size_t>(
+        std::count_if(colour.begin(), colour.end(), [](const Chunk& c) { return c.active; }));
+  return n;
+}
+
 std::size_t Assembly::bytes() const {
-  std::size_t sum = 8 * mass_.size();
+  std::size_t sum = 8 * mass_.size() + 4 * chunk_nodes_.size();
   for (const auto& block : blocks_) sum += block.bytes();
   return sum;
 }

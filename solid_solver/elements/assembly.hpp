@@ -1,13 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <list>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "solid_solver/elements/element_block.hpp"
-#include "solid_solver/materials/law_factory.hpp"
 
 namespace ocublast::solid {
 
@@ -15,13 +14,19 @@ struct AssemblyOptions {
   int threads = 1;
   InstructionSet instruction_set = InstructionSet::baseline;
   BulkViscosity viscosity;
+  HourglassControl hourglass;
   std::size_t chunk_elements = 128;
+  /// Element per tissue, for its cells of that element's shape; absent or empty: the shape's own.
+  std::vector<std::string> element_of_tissue;
+  bool skip_undeformed = true;  ///< leave out chunks whose nodes have not moved: same bits
 };
 
 /// What a force computation found.
 struct ForceReport {
-  double viscous_work = 0.0;  ///< J dissipated by bulk viscosity since the last step
-  bool bad = false;           ///< some element has J <= 0 or is not a number
+  double viscous_work = 0.0;      ///< J dissipated by bulk viscosity since the last step
+  double overlay_work = 0.0;      ///< J of work on rate-dependent stress since the last step
+  double hourglass_energy = 0.0;  ///< J stored now in hourglass stiffness
+  bool bad = false;               ///< some element has J <= 0 or is not a number
 };
 
 /// Cell results, [n_cells, n_evaluated], cells numbered as in SolidMesh.
@@ -35,61 +40,105 @@ struct ElementPlace {
   double jacobian = 0.0;             ///< smallest J in it
 };
 
+/// The element whose own rule gives the smallest step.
+struct StepBound {
+  double transit = 0.0;  ///< length / sound speed, s
+  double step = 0.0;     ///< the element's factor times it, s
+  std::size_t cell = 0;
+};
+
+/// "hex8 12 of sclera at (x, y, z) m".
+[[nodiscard]] std::string describe_cell(const SolidMesh& mesh, std::size_t cell);
+
 /// Internal forces of all elements. Chunks are coloured so that no two of one colour share a node;
 /// colours run one after another and the order of additions at a node never changes: results do not
 /// depend on the number of threads, to the last bit.
 class Assembly {
  public:
   /// The mesh must stay alive. Preconditions: ids in range, positive Jacobians, material per
-  /// tissue.
+  /// tissue, known elements.
   Assembly(const SolidMesh& mesh, std::vector<Material> materials,
            std::vector<std::int32_t> material_of_tissue, const AssemblyOptions& options);
+  Assembly(const Assembly&) = delete;
+  Assembly& operator=(const Assembly&) = delete;
 
   /// Internal force [n_nodes, 4] (N) at displacement [n_nodes, 4] (m), overwritten. inverse_step >
-  /// 0 adds bulk viscosity and advances its memory.
+  /// 0 adds bulk viscosity and overlays and advances their memory.
   ForceReport compute_force(std::span<const double> displacement, std::span<double> force,
                             double inverse_step);
   /// Stress, strain and energy per cell at the displacement.
   void evaluate(std::span<const double> displacement, CellResults& results);
-  /// Lumped mass per node, kg (row sums of the consistent mass).
+  /// Lumped mass per node, kg.
   [[nodiscard]] const std::vector<double>& nodal_mass() const { return mass_; }
+  /// Nodes that only plane elements use: they stay in their plane.
+  [[nodiscard]] const std::vector<bool>& planar_nodes() const { return planar_; }
   /// Smallest Jacobian and its place, for messages.
   [[nodiscard]] ElementPlace find_worst(std::span<const double> displacement);
-  /// Smallest L/c and its cell in the current configuration: the element rule without its factor,
-  /// s.
-  [[nodiscard]] std::pair<double, std::size_t> smallest_transit(
-      std::span<const double> displacement) const;
+  /// The step by the elements' own rules in the current configuration.
+  [[nodiscard]] StepBound element_step(std::span<const double> displacement) const;
+  /// Bound of the damping ratio of the highest mode (omega, rad/s) by viscous materials.
+  [[nodiscard]] double viscous_damping_ratio(double omega) const;
+  /// All chunks count as deformed until they are seen at rest again (after a resume).
+  void wake_all();
 
   [[nodiscard]] const SolidMesh& mesh() const { return mesh_; }
   [[nodiscard]] const Material& material_of_cell(std::size_t cell) const {
     return materials_[static_cast<std::size_t>(
         material_of_tissue_[static_cast<std::size_t>(mesh_.tissue_of(cell))])];
   }
-  [[nodiscard]] std::vector<ElementBlock>& blocks() { return blocks_; }
+  [[nodiscard]] const ElementType& element_of(const Cell& cell) const {
+    return *element_of_[static_cast<std::size_t>(cell.shape)]
+                       [static_cast<std::size_t>(cell.tissue)];
+  }
+  [[nodiscard]] std::list<ElementBlock>& blocks() { return blocks_; }
   [[nodiscard]] std::size_t n_colours() const { return colours_.size(); }
+  [[nodiscard]] std::size_t n_chunks() const { return sums_.size(); }
+  [[nodiscard]] std::size_t n_active_chunks() const;
   [[nodiscard]] int threads() const { return options_.threads; }
   [[nodiscard]] InstructionSet instruction_set() const { return options_.instruction_set; }
   [[nodiscard]] std::size_t bytes() const;
 
  private:
+  /// Batches [begin, end) of a block that one thread assembles at a time.
+  struct Chunk {
+    ElementBlock* block = nullptr;
+    std::int64_t begin = 0;
+    std::int64_t end = 0;
+    std::size_t first_node = 0;  ///< its nodes in chunk_nodes_, each once
+    std::size_t last_node = 0;
+    bool active = false;
+  };
+  void choose_elements();
   void build_blocks();
   void build_colours();
   void build_mass();
-  [[nodiscard]] const KernelTable& kernels(const ElementBlock& block) const {
-    return laws_[block.law()].kernels[static_cast<std::size_t>(options_.instruction_set)];
+  [[nodiscard]] const ElementKernels& element_kernels(const ElementBlock& block) const {
+    return block.type().kernels[static_cast<std::size_t>(options_.instruction_set)];
   }
-  void compute_nodal_pressures(const KernelStep& step);
+  [[nodiscard]] const LawKernels& law_kernels(const ElementBlock& block) const {
+    return block.law().kernels[static_cast<std::size_t>(options_.instruction_set)];
+  }
+  [[nodiscard]] bool moved(const Chunk& chunk, const double* displacement) const;
+  [[nodiscard]] bool deformed(const Chunk& chunk, const double* displacement) const;
+  void compute_nodal_pressures(const double* displacement);
+  void run_chunk(const Chunk& chunk, const double* displacement, double* force, double inverse_step,
+                 PointBuffer& buffer, KernelSums& sums) const;
 
   const SolidMesh& mesh_;
   std::vector<Material> materials_;
   std::vector<std::int32_t> material_of_tissue_;
   AssemblyOptions options_;
   std::vector<MaterialLaw> laws_;
-  std::vector<ElementBlock> blocks_;
+  std::vector<ElementType> elements_;
+  std::array<std::vector<const ElementType*>, n_shapes> element_of_;  ///< per shape and tissue
+  std::list<ElementBlock> blocks_;
   std::vector<std::vector<Chunk>> colours_;
+  std::vector<std::int32_t> chunk_nodes_;
   std::vector<double> mass_;
-  std::vector<KernelSums> sums_;  ///< per chunk in colour order
-  bool has_tets_ = false;
+  std::vector<bool> planar_;
+  std::vector<KernelSums> sums_;        ///< per chunk in colour order
+  AlignedVector<PointBuffer> buffers_;  ///< per thread
+  bool has_nodal_ = false;
 };
 
 }  // namespace ocublast::solid

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "solid_solver/elements/kernel_table.hpp"
+#include "solid_solver/elements/point_buffer.hpp"
 
 namespace ocublast::solid {
 

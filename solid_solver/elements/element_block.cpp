@@ -2,21 +2,19 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 
-#include "solid_solver/elements/hex8_geometry.hpp"
-#include "solid_solver/elements/lanes.hpp"
-#include "solid_solver/elements/tet4_geometry.hpp"
+#include "solid_solver/mesh/cell_geometry.hpp"
 
 namespace ocublast::solid {
 namespace {
 
 constexpr std::size_t lanes = batch_lanes;
-
-std::span<const std::int32_t> cell_nodes(const SolidMesh& mesh, std::size_t cell) {
-  if (cell < mesh.n_hex()) return {mesh.hex8.data() + 8 * cell, 8};
-  return {mesh.tet4.data() + 4 * (cell - mesh.n_hex()), 4};
+// Doubles of state per point of an overlay; the layout stands in overlay.hpp.
+constexpr std::size_t overlay_state_per_point(std::size_t n_terms) {
+  return 18 + 6 * n_terms;
 }
+// A filler's forces vanish through its weight; its volume only divides and must not be zero.
+constexpr double filler_scale = 1e-200;
 
 std::uint64_t spread_bits(std::uint64_t x) {  // 21 bits, two zeros between each
   x = (x | x << 32) & 0x1f00000000ffff;
@@ -51,46 +49,36 @@ void sort_along_curve(const SolidMesh& mesh, std::vector<std::int64_t>& cells) {
 
 }  // namespace
 
-std::array<double, 3> cell_centre(const SolidMesh& mesh, std::size_t cell) {
-  std::array<double, 3> x{};
-  const auto nodes = cell_nodes(mesh, cell);
-  for (const std::int32_t n : nodes)
-    for (std::size_t i = 0; i < 3; ++i)
-      x[i] += mesh.nodes[3 * static_cast<std::size_t>(n) + i] / static_cast<double>(nodes.size());
-  return x;
-}
-
-double cell_length(const SolidMesh& mesh, std::size_t cell, const double* displacement) {
-  const std::int32_t* nodes = cell_nodes(mesh, cell).data();
-  if (cell < mesh.n_hex()) return hex_length(cell_positions<8>(mesh, nodes, displacement));
-  return tet_length(cell_positions<4>(mesh, nodes, displacement));
-}
-
-double cell_volume(const SolidMesh& mesh, std::size_t cell) {
-  const std::int32_t* nodes = cell_nodes(mesh, cell).data();
-  if (cell < mesh.n_hex()) return compute_hex_geometry(cell_positions<8>(mesh, nodes)).volume;
-  return compute_tet_geometry(cell_positions<4>(mesh, nodes)).volume;
-}
-
-ElementBlock::ElementBlock(ElementType type, std::size_t law, std::size_t n_constants,
+ElementBlock::ElementBlock(const ElementType& type, const MaterialLaw& law,
                            std::vector<std::int64_t> cells, const Parts& parts)
-    : type_(type), law_(law), n_constants_(n_constants), n_elements_(cells.size()) {
+    : type_(type), law_(law), n_elements_(cells.size()) {
+  for (const auto cell : cells) {
+    const auto tissue =
+        static_cast<std::size_t>(parts.mesh.tissue_of(static_cast<std::size_t>(cell)));
+    const auto& material =
+        parts.materials[static_cast<std::size_t>(parts.material_of_tissue[tissue])];
+    rate_dependent_ = rate_dependent_ || material.rate_dependent();
+    n_terms_ = std::max(n_terms_, material.prony_ratios.size());
+  }
   sort_along_curve(parts.mesh, cells);
   pack(cells, std::max(lanes, parts.chunk_elements / lanes * lanes));
   const std::size_t n_batches = cell_.size() / lanes;
-  const bool hex = type_ == ElementType::hex8_q1p0;
-  nodes_.resize(n_batches * (hex ? 8 : 4) * lanes);
-  reference_.resize(n_batches * (hex ? 80 : 10) * lanes);
-  constants_.resize(n_batches * n_constants_ * lanes);
+  nodes_.resize(n_batches * info(type_.shape).n_nodes * lanes);
+  reference_.resize(n_batches * type_.n_reference * lanes);
+  constants_.resize(n_batches * law_.n_values() * lanes);
   viscosity_.resize(n_batches * 2 * lanes);
   memory_.resize(n_batches * 2 * lanes);
+  if (rate_dependent_) {
+    overlay_parameters_.resize(n_batches * (1 + 2 * n_terms_) * lanes);
+    overlay_state_.resize(n_batches * type_.n_points * overlay_state_per_point(n_terms_) * lanes);
+  }
   std::int64_t last = -1;
   for (std::size_t slot = 0; slot < cell_.size(); ++slot) {
     const bool filler = cell_[slot] < 0;
     if (!filler) last = cell_[slot];
     fill_slot(slot, last, filler, parts);
   }
-  if (!hex) build_pressure_nodes(parts);
+  if (type_.volumetric == Volumetric::nodal) build_pressure_nodes(parts);
 }
 
 void ElementBlock::pack(const std::vector<std::int64_t>& cells, std::size_t chunk_elements) {
@@ -104,54 +92,55 @@ void ElementBlock::pack(const std::vector<std::int64_t>& cells, std::size_t chun
 }
 
 void ElementBlock::fill_slot(std::size_t slot, std::int64_t cell, bool filler, const Parts& parts) {
-  if (type_ == ElementType::hex8_q1p0)
-    fill_hex(slot, cell, filler, parts);
-  else
-    fill_tet(slot, cell, filler, parts);
-  const auto c = static_cast<std::size_t>(cell);
-  const auto tissue = static_cast<std::size_t>(parts.mesh.tissue_of(c));
-  fill_material(slot, parts.materials[static_cast<std::size_t>(parts.material_of_tissue[tissue])],
-                cell_length(parts.mesh, c), parts.viscosity);
+  const auto c = parts.mesh.cell(static_cast<std::size_t>(cell));
+  const auto& material = parts.materials[static_cast<std::size_t>(
+      parts.material_of_tissue[static_cast<std::size_t>(c.tissue)])];
+  const std::size_t batch = slot / lanes;
+  const std::size_t lane = slot % lanes;
+  const std::size_t n = c.nodes.size();
+  for (std::size_t a = 0; a < n; ++a)
+    nodes_[(batch * n + a) * lanes + lane] =
+        c.nodes[static_cast<std::size_t>(type_.geometry.order[a])];
+  const auto x = cell_positions(parts.mesh, c.nodes);
+  const double modulus =
+      std::max(material.moduli.shear, parts.hourglass.least_modulus * material.moduli.bulk);
+  type_.geometry.fill(x.nodes(),
+                      {.scale = filler ? filler_scale : 1.0,
+                       .hourglass_modulus = parts.hourglass.coefficient * modulus},
+                      reference_.data() + batch * type_.n_reference * lanes + lane);
+  fill_material(slot, material, type_.geometry.length(x.nodes()), parts.viscosity);
+  if (law_.n_fields > 0) fill_fields(slot, cell, parts);
+  if (rate_dependent_) fill_overlay(slot, material);
 }
 
 void ElementBlock::fill_material(std::size_t slot, const Material& material, double length,
                                  const BulkViscosity& viscosity) {
   const std::size_t batch = slot / lanes;
   const std::size_t lane = slot % lanes;
-  for (std::size_t k = 0; k < n_constants_; ++k)
-    constants_[(batch * n_constants_ + k) * lanes + lane] = material.constants[k];
-  const double linear = viscosity.linear * material.density * material.sound_speed() * length;
+  for (std::size_t k = 0; k < law_.constants.size(); ++k)
+    constants_[(batch * law_.n_values() + k) * lanes + lane] = material.constants[k];
   const double reach = viscosity.quadratic * length;
-  viscosity_[batch * 2 * lanes + lane] = linear;
+  viscosity_[batch * 2 * lanes + lane] =
+      viscosity.linear * material.density * material.sound_speed() * length +
+      material.stiffness_damping * material.moduli.bulk;
   viscosity_[(batch * 2 + 1) * lanes + lane] = material.density * reach * reach;
 }
 
-void ElementBlock::fill_hex(std::size_t slot, std::int64_t cell, bool filler, const Parts& parts) {
-  const std::size_t batch = slot / lanes;
-  const std::size_t lane = slot % lanes;
-  const std::int32_t* nodes = parts.mesh.hex8.data() + 8 * cell;
-  for (std::size_t b = 0; b < 8; ++b)
-    nodes_[(batch * 8 + b) * lanes + lane] = nodes[hex_vtk_of_binary[b]];
-  const auto g = compute_hex_geometry(cell_positions<8>(parts.mesh, nodes));
-  for (std::size_t q = 0; q < 8; ++q) {
-    double* out = reference_.data() + ((batch * 8 + q) * 10) * lanes + lane;
-    for (std::size_t i = 0; i < 9; ++i) out[i * lanes] = g.gradients[q][i];
-    // A filler's forces vanish through its weight; its volume only divides and must not be zero.
-    out[9 * lanes] = filler ? 1e-200 : g.weights[q];
-  }
+void ElementBlock::fill_fields(std::size_t slot, std::int64_t cell, const Parts& parts) {
+  const std::size_t n = law_.n_fields;
+  for (std::size_t k = 0; k < n; ++k)
+    constants_[(slot / lanes * law_.n_values() + law_.constants.size() + k) * lanes +
+               slot % lanes] = parts.mesh.fibres[static_cast<std::size_t>(cell) * n + k];
 }
 
-void ElementBlock::fill_tet(std::size_t slot, std::int64_t cell, bool filler, const Parts& parts) {
-  const std::size_t batch = slot / lanes;
-  const std::size_t lane = slot % lanes;
-  const std::int32_t* nodes =
-      parts.mesh.tet4.data() + 4 * (cell - static_cast<std::int64_t>(parts.mesh.n_hex()));
-  for (std::size_t a = 0; a < 4; ++a) nodes_[(batch * 4 + a) * lanes + lane] = nodes[a];
-  const auto g = compute_tet_geometry(cell_positions<4>(parts.mesh, nodes));
-  double* out = reference_.data() + batch * 10 * lanes + lane;
-  for (std::size_t a = 0; a < 3; ++a)
-    for (std::size_t j = 0; j < 3; ++j) out[(3 * a + j) * lanes] = g.gradients[a][j];
-  out[9 * lanes] = filler ? 0.0 : g.volume;
+void ElementBlock::fill_overlay(std::size_t slot, const Material& material) {
+  double* out =
+      overlay_parameters_.data() + slot / lanes * (1 + 2 * n_terms_) * lanes + slot % lanes;
+  *out = material.shear_viscosity();
+  for (std::size_t t = 0; t < material.prony_ratios.size(); ++t) {
+    out[(1 + 2 * t) * lanes] = material.prony_ratios[t];
+    out[(2 + 2 * t) * lanes] = 1.0 / material.prony_times[t];
+  }
 }
 
 void ElementBlock::build_pressure_nodes(const Parts& parts) {
@@ -172,22 +161,35 @@ void ElementBlock::build_pressure_nodes(const Parts& parts) {
       if (added) {
         nodal_volume_.push_back(0.0);
         nodal_constants_.insert(nodal_constants_.end(), constants.begin(), constants.end());
+        nodal_constants_.resize(nodal_volume_.size() * law_.n_values());
       }
       pressure_nodes_[at] = entry->second;
       nodal_volume_[static_cast<std::size_t>(entry->second)] +=
-          0.25 * reference_[(slot / lanes * 10 + 9) * lanes + slot % lanes];
+          filler ? 0.0 : 0.25 * reference_[(slot / lanes * 10 + 9) * lanes + slot % lanes];
     }
   }
   nodal_volume_change_.resize(nodal_volume_.size());
   nodal_pressure_.resize(nodal_volume_.size());
 }
 
+std::span<const std::int32_t> ElementBlock::nodes(std::int64_t begin, std::int64_t end) const {
+  const auto width = info(type_.shape).n_nodes * lanes;
+  return {nodes_.data() + static_cast<std::size_t>(begin) * width,
+          static_cast<std::size_t>(end - begin) * width};
+}
+
 BlockView ElementBlock::view() {
-  return {.nodes = nodes_.data(),
+  return {.n_points = static_cast<int>(type_.n_points),
+          .volumetric = type_.volumetric,
+          .nodes = nodes_.data(),
           .reference = reference_.data(),
           .constants = constants_.data(),
           .viscosity = viscosity_.data(),
           .memory = memory_.data(),
+          .overlay = {.n_terms = static_cast<int>(n_terms_),
+                      .n_state = static_cast<int>(overlay_state_per_point(n_terms_)),
+                      .parameters = overlay_parameters_.data(),
+                      .state = rate_dependent_ ? overlay_state_.data() : nullptr},
           .pressure_nodes = pressure_nodes_.data(),
           .nodal_volume_change = nodal_volume_change_.data(),
           .nodal_pressure = nodal_pressure_.data(),
@@ -197,7 +199,8 @@ BlockView ElementBlock::view() {
 
 std::size_t ElementBlock::bytes() const {
   return 8 * (reference_.size() + constants_.size() + viscosity_.size() + memory_.size() +
-              4 * nodal_volume_.size() + nodal_constants_.size() + cell_.size()) +
+              overlay_parameters_.size() + overlay_state_.size() + 3 * nodal_volume_.size() +
+              nodal_constants_.size() + cell_.size()) +
          4 * (nodes_.size() + pressure_nodes_.size());
 }
 

@@ -2,9 +2,9 @@
 
 #include <array>
 
-namespace ocublast::solid {
+#include "solid_solver/elements/element_type.hpp"
 
-using HexNodes = std::array<std::array<double, 3>, 8>;  ///< VTK order, m
+namespace ocublast::solid {
 
 /// Kernels number the nodes of a hex by bits (xi, eta, zeta); entry b is the VTK node of binary
 /// node b.
@@ -21,9 +21,10 @@ struct HexGeometry {
   double volume = 0.0;                             ///< m^3
   double smallest_jacobian = 0.0;                  ///< m^3, over the points
 };
-[[nodiscard]] HexGeometry compute_hex_geometry(const HexNodes& x);
+[[nodiscard]] HexGeometry compute_hex_geometry(NodePositions x);
 
-/// V / A_max, the length of the step rule, m.
-[[nodiscard]] double hex_length(const HexNodes& x);
+/// Of the kernels in hex8_kernels.hpp and hex8_one_point_kernels.hpp.
+[[nodiscard]] ElementGeometry hex8_geometry();
+[[nodiscard]] ElementGeometry hex8_one_point_geometry();
 
 }  // namespace ocublast::solid

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "solid_solver/elements/point_buffer.hpp"
+
 // Lanes of W doubles, one element per lane, by GCC vector extensions. Everything here is
 // file-local: the same text is compiled for several instruction sets and no copy may replace
 // another at link time.
@@ -9,9 +11,6 @@
 
 namespace ocublast::solid {
 namespace {
-
-/// Elements per stored batch; a kernel of W lanes passes over a batch 8 / W times.
-constexpr int batch_lanes = 8;
 constexpr int row_stride = 4;  ///< node_stride of the nodal arrays
 
 using Row = double __attribute__((vector_size(32), aligned(8)));

@@ -7,13 +7,26 @@
 namespace ocublast::solid {
 namespace {
 
-Eigen::Vector3d point(const TetNodes& x, std::size_t a) {
+Eigen::Vector3d point(NodePositions x, std::size_t a) {
   return {x[a][0], x[a][1], x[a][2]};
+}
+
+constexpr std::array<int, 4> same_order{0, 1, 2, 3};
+
+void lump(NodePositions x, std::span<double> volumes) {
+  std::fill(volumes.begin(), volumes.end(), 0.25 * compute_tet_geometry(x).volume);
+}
+
+void fill(NodePositions x, const FillOptions& options, double* out) {
+  const auto g = compute_tet_geometry(x);
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t j = 0; j < 3; ++j, out += batch_lanes) *out = g.gradients[a][j];
+  *out = options.scale * g.volume;
 }
 
 }  // namespace
 
-TetGeometry compute_tet_geometry(const TetNodes& x) {
+TetGeometry compute_tet_geometry(NodePositions x) {
   Eigen::Matrix3d E;  // edges from node 3: columns X_a - X_3; u - u_3 = sum (u_a - u_3) N_a
   for (std::size_t a = 0; a < 3; ++a) E.col(static_cast<int>(a)) = point(x, a) - point(x, 3);
   TetGeometry g{};
@@ -27,7 +40,7 @@ TetGeometry compute_tet_geometry(const TetNodes& x) {
   return g;
 }
 
-double tet_length(const TetNodes& x) {
+double tet_length(NodePositions x) {
   double largest = 0.0;
   for (std::size_t skip = 0; skip < 4; ++skip) {
     const auto a = point(x, (skip + 1) % 4);
@@ -36,6 +49,10 @@ double tet_length(const TetNodes& x) {
     largest = std::max(largest, 0.5 * (b - a).cross(c - a).norm());
   }
   return 3.0 * compute_tet_geometry(x).volume / largest;
+}
+
+ElementGeometry tet4_geometry() {
+  return {.fill = &fill, .lump = &lump, .length = &tet_length, .order = same_order};
 }
 
 }  // namespace ocublast::solid

@@ -2,18 +2,22 @@
 
 #include <array>
 
-namespace ocublast::solid {
+#include "solid_solver/elements/element_type.hpp"
 
-using TetNodes = std::array<std::array<double, 3>, 4>;  ///< VTK order, m
+namespace ocublast::solid {
 
 /// Reference geometry of a linear tet.
 struct TetGeometry {
   std::array<std::array<double, 3>, 4> gradients;  ///< dN_a/dX, 1/m
   double volume = 0.0;                             ///< m^3, negative when inverted
 };
-[[nodiscard]] TetGeometry compute_tet_geometry(const TetNodes& x);
+/// Of the first four nodes.
+[[nodiscard]] TetGeometry compute_tet_geometry(NodePositions x);
 
-/// Smallest altitude 3 V / A_max, the length of the step rule, m.
-[[nodiscard]] double tet_length(const TetNodes& x);
+/// Smallest altitude 3 V / A_max of the first four nodes, m.
+[[nodiscard]] double tet_length(NodePositions x);
+
+/// Of the kernels in tet4_kernels.hpp.
+[[nodiscard]] ElementGeometry tet4_geometry();
 
 }  // namespace ocublast::solid

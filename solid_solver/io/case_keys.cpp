@@ -25,7 +25,7 @@ void read_integrator(Section section, SolidSetup& setup) {
   section.choice(
       "step_rule", c.rule,
       std::span<const std::pair<std::string_view, StepControl::Rule>>(rule_words),
-      {.help = "lanczos: largest frequency of the assembled operator; element: V/(A_max c)"});
+      {.help = "lanczos: largest frequency of the assembled operator; element: length / c"});
   section.real("safety", c.safety,
                {.unit = "1",
                 .min = 0.0,
@@ -37,7 +37,7 @@ void read_integrator(Section section, SolidSetup& setup) {
                 .min = 0.0,
                 .max = 1.0,
                 .above_min = true,
-                .help = "part of V/(A_max c), rule element"});
+                .help = "part of the elements' own steps, rule element"});
   section.integer("lanczos_products", c.lanczos_products,
                   {.min = 5, .max = 200, .help = "products at least"});
   section.integer("check_every_steps", c.check_every,
@@ -48,6 +48,12 @@ void read_integrator(Section section, SolidSetup& setup) {
                 .above_min = true,
                 .help = "energy error over the peak energy that stops the run"});
   section.flag("sleep", c.sleep, "skip windows in which nothing can move");
+  section.real("hourglass", setup.assembly.hourglass.coefficient,
+               {.unit = "1",
+                .min = 0.0,
+                .max = 10.0,
+                .above_min = true,
+                .help = "hourglass stiffness of one-point elements over the physical one"});
   section.real("viscosity_linear", setup.assembly.viscosity.linear,
                {.unit = "1", .min = 0.0, .max = 1.0, .help = "bulk viscosity c1"});
   section.real("viscosity_quadratic", setup.assembly.viscosity.quadratic,
@@ -244,34 +250,35 @@ void read_initial(Section& solid, const Names& names, SolidCase& result) {
   });
 }
 
-void read_groups(Section& solid, const SolidMesh& mesh) {
-  enum class Element { hex8_q1p0, tet4_anp };
-  constexpr std::pair<std::string_view, Element> words[] = {{"hex8_q1p0", Element::hex8_q1p0},
-                                                            {"tet4_anp", Element::tet4_anp}};
+void read_groups(Section& solid, const SolidMesh& mesh, SolidSetup& setup) {
+  const auto elements = make_elements();
+  std::vector<std::pair<std::string_view, std::size_t>> words;
+  for (std::size_t e = 0; e < elements.size(); ++e) words.emplace_back(elements[e].name, e);
+  setup.assembly.element_of_tissue.assign(mesh.tissues.size(), "");
   solid.tables(
-      "group", "element type of tissues; default hex8_q1p0 for hexes, tet4_anp for tets",
+      "group", "element of tissues; default hex8_q1p0, tet4_anp, tet10, wedge6, quad4_plane_strain",
       [&](Section& entry, std::size_t) {
         std::vector<std::string> tissues;
-        Element element = Element::hex8_q1p0;
+        std::size_t element = 0;
         entry.texts("tissues", tissues, {.required = true, .help = "tissues of the mesh"});
         entry.choice("element", element,
-                     std::span<const std::pair<std::string_view, Element>>(words),
+                     std::span<const std::pair<std::string_view, std::size_t>>(words),
                      {.required = true, .help = "element type"});
         for (const auto& name : tissues) {
           const auto found = std::find(mesh.tissues.begin(), mesh.tissues.end(), name);
-          const auto id = static_cast<std::int32_t>(found - mesh.tissues.begin());
           if (mesh.tissues.empty()) continue;
           if (found == mesh.tissues.end()) {
             entry.fault("tissues", fmt::format("the mesh has no tissue '{}'; it has {}", name,
                                                fmt::join(mesh.tissues, ", ")));
             continue;
           }
-          const auto& other = element == Element::hex8_q1p0 ? mesh.tet_tissue : mesh.hex_tissue;
-          if (std::find(other.begin(), other.end(), id) != other.end())
-            entry.fault(
-                "element",
-                fmt::format("tissue '{}' has {}; this element does not apply to them", name,
-                            element == Element::hex8_q1p0 ? "tets: tet4_anp" : "hexes: hex8_q1p0"));
+          const auto id = static_cast<std::int32_t>(found - mesh.tissues.begin());
+          const auto& type = elements[element];
+          const auto& own = mesh.of(type.shape).tissue;
+          if (std::find(own.begin(), own.end(), id) == own.end())
+            entry.fault("element", fmt::format("tissue '{}' has no cells {}; {} does not apply",
+                                               name, info(type.shape).name, type.name));
+          setup.assembly.element_of_tissue[static_cast<std::size_t>(id)] = type.name;
         }
       });
 }
@@ -372,7 +379,7 @@ SolidCase read_solid_case(CaseReader& reader) {
   result.setup.materials = std::move(materials.materials);
   read_integrator(solid.table("integrator", "time stepping"), result.setup);
   read_output(solid.table("output", "what is written"), result.common, result.output);
-  read_groups(solid, mesh);
+  read_groups(solid, mesh, result.setup);
   read_fixed(solid, names, result.setup);
   read_prescribed(solid, names, result.setup);
   read_springs(solid, names, result.setup);

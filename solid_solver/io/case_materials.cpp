@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "solid_solver/materials/law_factory.hpp"
 
@@ -22,15 +23,36 @@ std::size_t read_law(Section& entry, const std::vector<MaterialLaw>& laws) {
   return law;
 }
 
+void read_constant(Section& entry, const LawConstant& constant, double& value) {
+  if (!std::isnan(constant.fallback)) value = constant.fallback;
+  entry.real(constant.key, value,
+             {.unit = constant.unit,
+              .min = constant.min,
+              .max = constant.max,
+              .above_min = constant.above_min,
+              .required = std::isnan(constant.fallback),
+              .help = constant.help,
+              .advice = "for a liquid take law liquid, or a shear modulus of 1 to 10 Pa"});
+}
+
+/// K from the speed of pressure waves; the shear modulus must not depend on K.
+void use_sound_speed(const MaterialLaw& law, double sound_speed, std::size_t bulk,
+                     Material& material) {
+  const double shear = law.moduli(material.constants.data()).shear;
+  material.constants[bulk] = material.density * sound_speed * sound_speed - 4.0 / 3.0 * shear;
+}
+
 /// Constants of the chosen law; when listing, of every law.
 void read_constants(Section& entry, const std::vector<MaterialLaw>& laws, Material& material) {
   double sound_speed = 0.0;
   std::vector<std::string> listed;
   for (std::size_t i = 0; i < laws.size(); ++i) {
     if (!entry.listing() && i != material.law) continue;
-    material.constants.assign(laws[i].constants.size(), 0.0);
-    for (std::size_t k = 0; k < laws[i].constants.size(); ++k) {
-      const auto& constant = laws[i].constants[k];
+    const auto& law = laws[i];
+    material.constants.assign(law.constants.size(), 0.0);
+    std::size_t bulk = law.constants.size();
+    for (std::size_t k = 0; k < law.constants.size(); ++k) {
+      const auto& constant = law.constants[k];
       if (std::find(listed.begin(), listed.end(), constant.key) != listed.end()) continue;
       listed.emplace_back(constant.key);
       const bool by_speed = std::string_view(constant.key) == "bulk_modulus_Pa";
@@ -45,18 +67,40 @@ void read_constants(Section& entry, const std::vector<MaterialLaw>& laws, Materi
       if (given_by_speed && entry.has(constant.key))
         entry.fault("sound_speed_m_s", "given together with bulk_modulus_Pa; give one of them");
       if (!given_by_speed || entry.has(constant.key))
-        entry.real(constant.key, material.constants[k],
-                   {.unit = constant.unit,
-                    .min = 0.0,
-                    .above_min = true,
-                    .required = true,
-                    .help = constant.help,
-                    .advice = "for a liquid take a shear modulus of 1 to 10 Pa"});
-      if (given_by_speed && !entry.has(constant.key))
-        material.constants[k] =
-            material.density * sound_speed * sound_speed - 4.0 / 3.0 * material.constants[0];
+        read_constant(entry, constant, material.constants[k]);
+      else
+        bulk = k;
     }
+    if (bulk < law.constants.size()) use_sound_speed(law, sound_speed, bulk, material);
   }
+}
+
+/// Rate dependence, which every law may have.
+void read_rates(Section& entry, Material& material) {
+  entry.reals("prony_ratios", material.prony_ratios,
+              {.unit = "1", .help = "parts of the isochoric stress that relax, e.g. [0.5, 0.2]"});
+  entry.reals("prony_times_s", material.prony_times,
+              {.unit = "s", .help = "their relaxation times"});
+  entry.real("viscosity_Pa_s", material.viscosity,
+             {.unit = "Pa s", .min = 0.0, .help = "Newtonian shear viscosity"});
+  entry.real("stiffness_damping_s", material.stiffness_damping,
+             {.unit = "s", .min = 0.0, .help = "damping stress over the rate of the elastic one"});
+  if (entry.listing()) return;
+  double sum = 0.0;
+  for (const double g : material.prony_ratios) {
+    if (!(g > 0.0)) entry.fault("prony_ratios", fmt::format("{} is not positive", g));
+    sum += g;
+  }
+  for (const double t : material.prony_times)
+    if (!(t > 0.0)) entry.fault("prony_times_s", fmt::format("{} s is not positive", t));
+  if (material.prony_ratios.size() != material.prony_times.size()) {
+    entry.fault("prony_times_s", fmt::format("{} times for {} ratios", material.prony_times.size(),
+                                             material.prony_ratios.size()));
+    material.prony_times.assign(material.prony_ratios.size(), 1.0);
+  }
+  if (sum >= 1.0)
+    entry.fault("prony_ratios",
+                fmt::format("sum is {}, accepted below 1: what is left carries static loads", sum));
 }
 
 void check_units(Section& entry, const Material& material) {
@@ -66,6 +110,9 @@ void check_units(Section& entry, const Material& material) {
                 fmt::format("{} kg/m^3 is no density of a tissue, accepted [{}, {}]; tissues have "
                             "about 1000 (is it in g/cm^3?)",
                             material.density, smallest_density, largest_density));
+  if (material.moduli.shear < 0.0)
+    entry.fault("law", fmt::format("shear modulus at zero strain is {:.6g} Pa, accepted positive",
+                                   material.moduli.shear));
   if (material.moduli.shear > 0.0 && material.moduli.bulk < material.moduli.shear)
     entry.fault("bulk_modulus_Pa",
                 fmt::format("bulk modulus {:.6g} Pa is below the shear modulus {:.6g} Pa; tissues "
@@ -88,6 +135,7 @@ MaterialKeys read_materials(Section& solid) {
         {.unit = "kg/m^3", .min = 0.0, .above_min = true, .required = true, .help = "density"});
     material.law = read_law(entry, laws);
     read_constants(entry, laws, material);
+    read_rates(entry, material);
     if (!entry.listing()) {
       material.moduli = laws[material.law].moduli(material.constants.data());
       check_units(entry, material);

@@ -67,13 +67,12 @@ FieldOutput::FieldOutput(std::filesystem::path out, std::vector<std::string> fie
 
 void FieldOutput::write_mesh_file(const SolidMesh& mesh) {
   auto file = Hdf5File::create(out_ / "solid" / "mesh.h5");
-  if (mesh.n_hex() > 0) {
-    file.write("hex8/cells", mesh.hex8, {mesh.n_hex(), 8}, "1");
-    file.write("hex8/tissue", mesh.hex_tissue, {mesh.n_hex()}, "1");
-  }
-  if (mesh.n_tet() > 0) {
-    file.write("tet4/cells", mesh.tet4, {mesh.n_tet(), 4}, "1");
-    file.write("tet4/tissue", mesh.tet_tissue, {mesh.n_tet()}, "1");
+  for (const auto& shape : shapes) {
+    const std::size_t n = mesh.count(shape.shape);
+    if (n == 0) continue;
+    const auto& cells = mesh.of(shape.shape);
+    file.write(fmt::format("{}/cells", shape.name), cells.nodes, {n, shape.n_nodes}, "1");
+    file.write(fmt::format("{}/tissue", shape.name), cells.tissue, {n}, "1");
   }
   file.write_text("tissues", mesh.tissues);
   file.close();
@@ -111,8 +110,10 @@ void FieldOutput::write_step(const std::filesystem::path& path, const SolidRun& 
       file.write(fmt::format("{}/{}", group, field.name), gather(field, cells, begin, end), shape,
                  field.units);
     };
-    write("hex8", 0, mesh.n_hex());
-    write("tet4", mesh.n_hex(), mesh.n_cells());
+    for (const auto& shape : shapes) {
+      const std::size_t begin = mesh.first_cell(shape.shape);
+      write(shape.name, begin, begin + mesh.count(shape.shape));
+    }
   }
   file.close();
 }
@@ -124,17 +125,18 @@ void FieldOutput::write(const SolidRun& run, const CellResults& cells) {
   replace_file(out_ / "solid.xmf", document(run.mesh()));
 }
 
-std::string FieldOutput::grid(const SolidMesh& mesh, std::size_t step, bool hex) const {
-  const char* group = hex ? "hex8" : "tet4";
-  const std::size_t n = hex ? mesh.n_hex() : mesh.n_tet();
+std::string FieldOutput::grid(const SolidMesh& mesh, std::size_t step,
+                              const ShapeInfo& shape) const {
+  const char* group = shape.name;
+  const std::size_t n = mesh.count(shape.shape);
   const std::string file = step_name(step) + ":/";
   const std::string node_shape = fmt::format("{} 3", mesh.n_nodes());
   std::string text = fmt::format(
       "<Grid Name=\"{}\" GridType=\"Uniform\">\n<Time Value=\"{:.12g}\"/>\n", group, times_[step]);
   text += fmt::format("<Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n",
-                      hex ? "Hexahedron" : "Tetrahedron", n,
+                      shape.xdmf, n,
                       data_item(fmt::format("solid/mesh.h5:/{}/cells", group),
-                                fmt::format("{} {}", n, hex ? 8 : 4), "Int", 4));
+                                fmt::format("{} {}", n, shape.n_nodes), "Int", 4));
   text += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
                       data_item(file + "position", node_shape, "Float", 4));
   const auto attribute = [&](const char* name, const char* type, const char* centre,
@@ -166,16 +168,17 @@ std::string FieldOutput::document(const SolidMesh& mesh) const {
   std::string text =
       "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n"
       "<Grid Name=\"solid\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
-  const bool both = mesh.n_hex() > 0 && mesh.n_tet() > 0;
+  const auto present = [&](const ShapeInfo& shape) { return mesh.count(shape.shape) > 0; };
+  const bool several = std::count_if(shapes.begin(), shapes.end(), present) > 1;
   for (std::size_t step = 0; step < times_.size(); ++step) {
-    if (both)
+    if (several)
       text += fmt::format(
           "<Grid Name=\"solid\" GridType=\"Collection\" CollectionType=\"Spatial\">\n<Time "
           "Value=\"{:.12g}\"/>\n",
           times_[step]);
-    if (mesh.n_hex() > 0) text += grid(mesh, step, true);
-    if (mesh.n_tet() > 0) text += grid(mesh, step, false);
-    if (both) text += "</Grid>\n";
+    for (const auto& shape : shapes)
+      if (present(shape)) text += grid(mesh, step, shape);
+    if (several) text += "</Grid>\n";
   }
   return text + "</Grid>\n</Domain>\n</Xdmf>\n";
 }

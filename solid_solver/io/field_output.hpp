@@ -25,7 +25,8 @@ class FieldOutput {
   void write_mesh_file(const SolidMesh& mesh);
   void write_step(const std::filesystem::path& file, const SolidRun& run,
                   const CellResults& cells) const;
-  [[nodiscard]] std::string grid(const SolidMesh& mesh, std::size_t step, bool hex) const;
+  [[nodiscard]] std::string grid(const SolidMesh& mesh, std::size_t step,
+                                 const ShapeInfo& shape) const;
   [[nodiscard]] std::string document(const SolidMesh& mesh) const;
 
   std::filesystem::path out_;

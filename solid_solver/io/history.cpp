@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "solid_solver/elements/cell_stress.hpp"
+#include "solid_solver/mesh/cell_geometry.hpp"
 
 namespace ocublast::solid {
 namespace {
@@ -14,7 +15,9 @@ enum Global {
   time_column,
   kinetic,
   internal,
+  hourglass,
   viscous,
+  relaxation,
   spring,
   damping,
   external,
@@ -38,7 +41,9 @@ enum Global {
 const std::vector<std::string> global_columns{"time_s",
                                               "kinetic_J",
                                               "internal_J",
+                                              "hourglass_J",
                                               "viscous_J",
+                                              "relaxation_J",
                                               "spring_J",
                                               "damping_J",
                                               "external_work_J",
@@ -139,7 +144,9 @@ void History::sample(SolidRun& run, const CellResults& cells) {
   globals_.add({state.time,
                 e.kinetic,
                 e.internal,
+                e.hourglass,
                 e.viscous,
+                e.relaxation,
                 e.spring,
                 e.damping,
                 e.external,

@@ -49,10 +49,14 @@ SolidMesh read_mesh(const std::filesystem::path& path) try {
   check_format(file, where);
   SolidMesh mesh;
   mesh.nodes = read_table<double>(file, where, "nodes", 3);
-  mesh.hex8 = read_table<std::int32_t>(file, where, "cells/hex8", 8);
-  mesh.tet4 = read_table<std::int32_t>(file, where, "cells/tet4", 4);
-  mesh.hex_tissue = read_table<std::int32_t>(file, where, "tissue/hex8", 0);
-  mesh.tet_tissue = read_table<std::int32_t>(file, where, "tissue/tet4", 0);
+  for (const auto& shape : shapes) {
+    auto& cells = mesh.of(shape.shape);
+    cells.nodes =
+        read_table<std::int32_t>(file, where, fmt::format("cells/{}", shape.name), shape.n_nodes);
+    cells.tissue = read_table<std::int32_t>(file, where, fmt::format("tissue/{}", shape.name), 0);
+    const auto fibres = read_table<double>(file, where, fmt::format("fibres/{}", shape.name), 6);
+    mesh.fibres.insert(mesh.fibres.end(), fibres.begin(), fibres.end());
+  }
   if (file.has("tissues")) mesh.tissues = file.read_text("tissues");
   for (const auto& name : file.list("node_sets"))
     mesh.node_sets[name] = read_table<std::int32_t>(file, where, "node_sets/" + name, 0);
@@ -72,13 +76,16 @@ void write_mesh(const std::filesystem::path& path, const SolidMesh& mesh) {
   file.write_attribute("format", std::string(format_name));
   file.write_attribute("version", format_version);
   file.write("nodes", mesh.nodes, {mesh.n_nodes(), 3}, "m");
-  if (mesh.n_hex() > 0) {
-    file.write("cells/hex8", mesh.hex8, {mesh.n_hex(), 8}, "1");
-    file.write("tissue/hex8", mesh.hex_tissue, {mesh.n_hex()}, "1");
-  }
-  if (mesh.n_tet() > 0) {
-    file.write("cells/tet4", mesh.tet4, {mesh.n_tet(), 4}, "1");
-    file.write("tissue/tet4", mesh.tet_tissue, {mesh.n_tet()}, "1");
+  for (const auto& shape : shapes) {
+    const std::size_t n = mesh.count(shape.shape);
+    if (n == 0) continue;
+    const auto& cells = mesh.of(shape.shape);
+    file.write(fmt::format("cells/{}", shape.name), cells.nodes, {n, shape.n_nodes}, "1");
+    file.write(fmt::format("tissue/{}", shape.name), cells.tissue, {n}, "1");
+    if (mesh.fibres.empty()) continue;
+    const auto* first = mesh.fibres.data() + 6 * mesh.first_cell(shape.shape);
+    file.write(fmt::format("fibres/{}", shape.name), std::vector<double>(first, first + 6 * n),
+               {n, 6}, "1");
   }
   file.write_text("tissues", mesh.tissues);
   for (const auto& [name, nodes] : mesh.node_sets)

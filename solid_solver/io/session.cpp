@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "coupler/base/hdf5_file.hpp"
@@ -11,6 +12,15 @@ namespace ocublast::solid {
 namespace {
 
 constexpr const char* isa_names[] = {"baseline", "avx2", "avx512"};
+
+std::string element_counts(SolidRun& run) {
+  std::map<std::string, std::size_t> counts;
+  for (const auto& block : run.assembly().blocks()) counts[block.type().name] += block.n_elements();
+  std::string text;
+  for (const auto& [name, n] : counts)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", n, name);
+  return text;
+}
 
 }  // namespace
 
@@ -79,13 +89,9 @@ void Session::resume_from(const std::filesystem::path& directory) {
 }
 
 std::string Session::bounded_by() {
-  const auto [transit, cell] = run_.assembly().smallest_transit(run_.state().displacement);
-  const auto x = cell_centre(run_.mesh(), cell);
-  const bool hex = cell < run_.mesh().n_hex();
-  return fmt::format("{} {} of {} at ({:.4g}, {:.4g}, {:.4g}) m, L/c = {:.4g} s; step {:.3f} L/c",
-                     hex ? "hex" : "tet", hex ? cell : cell - run_.mesh().n_hex(),
-                     run_.mesh().tissues[static_cast<std::size_t>(run_.mesh().tissue_of(cell))],
-                     x[0], x[1], x[2], transit, run_.stable_step() / transit);
+  const auto bound = run_.assembly().element_step(run_.state().displacement);
+  return fmt::format("{}, L/c = {:.4g} s; step {:.3f} L/c", describe_cell(run_.mesh(), bound.cell),
+                     bound.transit, run_.stable_step() / bound.transit);
 }
 
 void Session::write_summary() {
@@ -122,9 +128,9 @@ std::string Session::describe() {
   double mass = 0.0;
   for (const double m : run_.nodal_mass()) mass += m;
   std::string text = fmt::format(
-      "solid: {} hexes, {} tets, {} nodes, {} tissues, {:.6g} kg, {} threads, {} kernels\n",
-      run_.mesh().n_hex(), run_.mesh().n_tet(), run_.mesh().n_nodes(), run_.mesh().tissues.size(),
-      mass, run_.assembly().threads(),
+      "solid: {} elements ({}), {} nodes, {} tissues, {:.6g} kg, {} threads, {} kernels\n",
+      run_.mesh().n_cells(), element_counts(run_), run_.mesh().n_nodes(),
+      run_.mesh().tissues.size(), mass, run_.assembly().threads(),
       isa_names[static_cast<std::size_t>(run_.assembly().instruction_set())]);
   text += fmt::format("stable step {:.4g} s, {:.0f} steps to {:.4g} s; bounded by {}\n",
                       run_.stable_step(), std::ceil(case_.common.end_time / run_.stable_step()),

@@ -4,29 +4,32 @@
 #include <string>
 #include <vector>
 
-#include "solid_solver/elements/kernel_table.hpp"
-#include "solid_solver/materials/law.hpp"
+#include "solid_solver/elements/instruction_set.hpp"
+#include "solid_solver/elements/point_buffer.hpp"
+#include "solid_solver/materials/moduli.hpp"
 
 namespace ocublast::solid {
-
-/// Variants of the kernels; the best one the processor offers is taken at start. All give the same
-/// bits: no contraction, the same operations in the same order per element.
-enum class InstructionSet : std::size_t { baseline, avx2, avx512 };
-inline constexpr std::size_t n_instruction_sets = 3;
 
 /// A law as the factory knows it.
 struct MaterialLaw {
   std::string name;
+  std::string help;
   std::vector<LawConstant> constants;
+  std::size_t n_fields = 0;  ///< numbers per element behind the constants
+  bool finite_strain = true;
   ElasticModuli (*moduli)(const double* constants) = nullptr;
-  std::array<KernelTable, n_instruction_sets> kernels{};
+  std::array<LawKernels, n_instruction_sets> kernels{};
+
+  [[nodiscard]] std::size_t n_values() const { return constants.size() + n_fields; }
 };
 
 /// All laws, in the order of OCU_SOLID_LAWS.
 [[nodiscard]] std::vector<MaterialLaw> make_laws();
 
-/// The widest instruction set of this processor; the environment variable OCUBLAST_ISA (baseline,
-/// avx2, avx512) lowers it, for comparisons.
+/// The widest instruction set of this processor that was compiled; the environment variable
+/// OCUBLAST_ISA (baseline, avx2, avx512) lowers it, for comparisons.
 [[nodiscard]] InstructionSet best_instruction_set();
+/// Whether the kernels of a set were compiled (OCU_KERNEL_SETS) and run here.
+[[nodiscard]] bool has_instruction_set(InstructionSet set);
 
 }  // namespace ocublast::solid

@@ -10,10 +10,13 @@ namespace ocublast::solid {
 /// Not objective: for rotations and strains of a few per cent at most.
 struct LinearElastic {
   static constexpr const char* name = "linear_elastic";
+  static constexpr const char* help = "isotropic Hooke's law at small strain";
   static constexpr bool finite_strain = false;
+  static constexpr int n_fields = 0;
   enum Constant { G, K, n_constants };
   static constexpr std::array<LawConstant, n_constants> constants{
-      {{"shear_modulus_Pa", "Pa", "shear modulus G"}, {"bulk_modulus_Pa", "Pa", "bulk modulus K"}}};
+      {{"shear_modulus_Pa", "Pa", "shear modulus G", 2e5},
+       {"bulk_modulus_Pa", "Pa", "bulk modulus K", 3e6}}};
 
   [[nodiscard]] static ElasticModuli moduli(const double* c) {
     return {.shear = c[G], .bulk = c[K]};

@@ -7,9 +7,7 @@
 #include <map>
 #include <numeric>
 
-#include "solid_solver/elements/element_block.hpp"
-#include "solid_solver/elements/hex8_geometry.hpp"
-#include "solid_solver/elements/tet4_geometry.hpp"
+#include "solid_solver/mesh/cell_geometry.hpp"
 
 namespace ocublast::solid {
 namespace {
@@ -56,24 +54,30 @@ std::vector<std::string> check_ranges(const SolidMesh& mesh, std::size_t limit) 
         kind.add(fmt::format("entry {} is {}", i, values[i]));
     kind.report(faults);
   };
-  check("cells/hex8", mesh.hex8, 0, n);
-  check("cells/tet4", mesh.tet4, 0, n);
-  check("tissue/hex8", mesh.hex_tissue, 0, static_cast<std::int32_t>(mesh.tissues.size()));
-  check("tissue/tet4", mesh.tet_tissue, 0, static_cast<std::int32_t>(mesh.tissues.size()));
+  const auto n_tissues = static_cast<std::int32_t>(mesh.tissues.size());
+  for (const auto& shape : shapes) {
+    check(fmt::format("cells/{}", shape.name), mesh.of(shape.shape).nodes, 0, n);
+    check(fmt::format("tissue/{}", shape.name), mesh.of(shape.shape).tissue, 0, n_tissues);
+  }
   for (const auto& [name, nodes] : mesh.node_sets) check("node_sets/" + name, nodes, 0, n);
   for (const auto& [name, facets] : mesh.face_sets) {
     std::vector<std::int32_t> corners;
     std::vector<std::int32_t> last;
     for (const auto& f : facets) {
-      corners.insert(corners.end(), f.begin(), f.begin() + 3);
-      last.push_back(f[3]);
+      corners.insert(corners.end(), f.begin(), f.begin() + 2);
+      last.insert(last.end(), f.begin() + 2, f.end());
     }
     check("face_sets/" + name, corners, 0, n);
     check("face_sets/" + name, last, -1, n);
   }
-  if (mesh.hex_tissue.size() != mesh.n_hex() || mesh.tet_tissue.size() != mesh.n_tet())
-    faults.push_back(fmt::format("{} tissue ids for {} cells",
-                                 mesh.hex_tissue.size() + mesh.tet_tissue.size(), mesh.n_cells()));
+  for (const auto& shape : shapes)
+    if (mesh.of(shape.shape).tissue.size() != mesh.count(shape.shape))
+      faults.push_back(fmt::format("{} tissue ids for {} cells {}",
+                                   mesh.of(shape.shape).tissue.size(), mesh.count(shape.shape),
+                                   shape.name));
+  if (!mesh.fibres.empty() && mesh.fibres.size() != 6 * mesh.n_cells())
+    faults.push_back(fmt::format("fibres: {} numbers for {} cells, accepted 6 per cell",
+                                 mesh.fibres.size(), mesh.n_cells()));
   Kind lost("nodes whose position is not a number", limit);
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
     if (!std::isfinite(mesh.nodes[i])) lost.add(fmt::format("node {}", i / 3));
@@ -81,30 +85,24 @@ std::vector<std::string> check_ranges(const SolidMesh& mesh, std::size_t limit) 
   return faults;
 }
 
-double smallest_jacobian_of(const SolidMesh& mesh, std::size_t cell) {
-  if (cell < mesh.n_hex())
-    return compute_hex_geometry(cell_positions<8>(mesh, &mesh.hex8[8 * cell])).smallest_jacobian;
-  return 6.0 * compute_tet_geometry(cell_positions<4>(mesh, &mesh.tet4[4 * (cell - mesh.n_hex())]))
-                   .volume;
-}
-
 void check_jacobians(const SolidMesh& mesh, std::size_t limit, std::vector<std::string>& faults) {
   Kind kind("inverted or zero-volume cells (turn their node order or mend the mesh)", limit);
-  for (std::size_t cell = 0; cell < mesh.n_cells(); ++cell) {
-    const double jacobian = smallest_jacobian_of(mesh, cell);
+  for (std::size_t number = 0; number < mesh.n_cells(); ++number) {
+    const auto cell = mesh.cell(number);
+    const double jacobian =
+        compute_cell_volume(cell.shape, cell_positions(mesh, cell.nodes).nodes()).smallest_jacobian;
     if (jacobian > 0.0) continue;
-    const bool hex = cell < mesh.n_hex();
-    kind.add(fmt::format("{} {} in {} at {}, Jacobian {:.3g} m^3", hex ? "hex" : "tet",
-                         hex ? cell : cell - mesh.n_hex(), tissue_name(mesh, mesh.tissue_of(cell)),
-                         place(cell_centre(mesh, cell)), jacobian));
+    kind.add(fmt::format("{} {} in {} at {}, Jacobian {:.3g} m^3", info(cell.shape).name,
+                         cell.index, tissue_name(mesh, cell.tissue),
+                         place(cell_centre(mesh, number)), jacobian));
   }
   kind.report(faults);
 }
 
 void check_nodes(const SolidMesh& mesh, std::size_t limit, std::vector<std::string>& faults) {
   std::vector<bool> used(mesh.n_nodes(), false);
-  for (const auto n : mesh.hex8) used[static_cast<std::size_t>(n)] = true;
-  for (const auto n : mesh.tet4) used[static_cast<std::size_t>(n)] = true;
+  for (const auto& cells : mesh.cells)
+    for (const auto n : cells.nodes) used[static_cast<std::size_t>(n)] = true;
   const auto at = [&](std::size_t n) {
     return std::array<double, 3>{mesh.nodes[3 * n], mesh.nodes[3 * n + 1], mesh.nodes[3 * n + 2]};
   };
@@ -127,7 +125,7 @@ void check_nodes(const SolidMesh& mesh, std::size_t limit, std::vector<std::stri
 
 std::vector<std::string> check_mesh(const SolidMesh& mesh, std::size_t limit) {
   if (mesh.n_nodes() == 0 || mesh.n_cells() == 0)
-    return {"no cells: give cells/hex8 or cells/tet4 and nodes"};
+    return {"no cells: give nodes and cells/hex8, tet4, tet10, wedge6 or quad4"};
   auto faults = check_ranges(mesh, limit);
   if (!faults.empty()) return faults;
   check_jacobians(mesh, limit, faults);

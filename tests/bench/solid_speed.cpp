@@ -1,11 +1,18 @@
 // Element updates per core-second on the block of 40^3 cells (cube of 0.1 m, neo-Hookean, nu =
-// 0.49). Prints one JSON record per figure.
+// 0.49): one force computation each. Prints one JSON record per figure.
+//
+// On a machine shared with others the processor's speed wanders; a chain of dependent additions
+// (one per cycle) before and after each block of work tells the clock the work had, and cycles per
+// element follow, which do not wander. Both are medians over alternating blocks.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,65 +24,136 @@ namespace {
 
 using namespace ocublast::solid;
 
-double cpu_seconds() {
+double seconds(clockid_t clock) {
   timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  clock_gettime(clock, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-void record(const std::string& quantity, double value, const char* unit, const char* target) {
-  std::printf(
-      "{\"bench\": \"solid_speed\", \"case\": \"block_40\", \"quantity\": \"%s\", \"value\": %.6g, "
-      "\"unit\": \"%s\", \"target\": %s, \"better\": \"higher\"}\n",
-      quantity.c_str(), value, unit, target);
+/// Cycles per CPU second, from 20 million dependent additions.
+double effective_clock() {
+  const double begin = seconds(CLOCK_THREAD_CPUTIME_ID);
+  long sum = 0;
+  for (long i = 0; i < 20000000; ++i) asm volatile("add $1, %0" : "+r"(sum));
+  return 2e7 / (seconds(CLOCK_THREAD_CPUTIME_ID) - begin);
 }
 
-struct Run {
-  double cpu_rate = 0.0;
-  double wall_rate = 0.0;
+void record(const std::string& quantity, double value, const char* unit, const char* target,
+            const char* better) {
+  std::printf(
+      "{\"bench\": \"solid_speed\", \"case\": \"block_40\", \"quantity\": \"%s\", \"value\": %.6g, "
+      "\"unit\": \"%s\", \"target\": %s, \"better\": \"%s\"}\n",
+      quantity.c_str(), value, unit, target, better);
+  std::fflush(stdout);
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+struct Subject {
+  std::string name;
+  std::shared_ptr<const SolidMesh> mesh;
+  std::unique_ptr<Assembly> assembly;
+  const char* target = "null";
+  std::vector<double> d;
+  std::vector<double> f;
+  std::vector<double> rates;   ///< elements per CPU s
+  std::vector<double> cycles;  ///< per element
+  std::vector<double> walls;   ///< elements per wall s
 };
 
-/// Median over blocks of 10 force computations, elements per second.
-Run measure(const SolidMesh& mesh, InstructionSet isa, int threads) {
-  Assembly assembly(mesh, {test::make_neo_hookean(1e6, 0.49, 1000.0)}, {0},
-                    {.threads = threads, .instruction_set = isa});
-  std::vector<double> d(4 * mesh.n_nodes());
-  std::vector<double> f(d.size());
-  for (std::size_t n = 0; n < mesh.n_nodes(); ++n)
+Subject make_subject(const std::string& name, const std::string& element,
+                     std::shared_ptr<const SolidMesh> mesh, int threads, InstructionSet isa) {
+  Subject s{.name = name, .mesh = std::move(mesh)};
+  s.assembly = std::make_unique<Assembly>(
+      *s.mesh, std::vector{test::make_neo_hookean(1e6, 0.49, 1000.0)}, std::vector<std::int32_t>{0},
+      AssemblyOptions{.threads = threads, .instruction_set = isa, .element_of_tissue = {element}});
+  s.d.resize(4 * s.mesh->n_nodes());
+  s.f.resize(s.d.size());
+  for (std::size_t n = 0; n < s.mesh->n_nodes(); ++n)
     for (std::size_t i = 0; i < 3; ++i)
-      d[4 * n + i] = 1e-4 * std::sin(300.0 * mesh.nodes[3 * n + i] + static_cast<double>(i));
-  assembly.compute_force(d, f, 1e6);
-  std::vector<double> cpu;
-  std::vector<double> wall;
-  for (int repeat = 0; repeat < 9; ++repeat) {
-    const double c0 = cpu_seconds();
-    const auto w0 = std::chrono::steady_clock::now();
-    for (int n = 0; n < 10; ++n) assembly.compute_force(d, f, 1e6);
-    cpu.push_back(cpu_seconds() - c0);
-    wall.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - w0).count());
-  }
-  std::sort(cpu.begin(), cpu.end());
-  std::sort(wall.begin(), wall.end());
-  const double updates = 10.0 * static_cast<double>(mesh.n_cells());
-  return {.cpu_rate = updates / cpu[cpu.size() / 2], .wall_rate = updates / wall[wall.size() / 2]};
+      s.d[4 * n + i] = 1e-4 * std::sin(300.0 * s.mesh->nodes[3 * n + i] + static_cast<double>(i));
+  s.assembly->compute_force(s.d, s.f, 1e6);
+  return s;
+}
+
+void measure(Subject& s) {
+  constexpr int steps = 4;
+  const double before = effective_clock();
+  const double c0 = seconds(CLOCK_PROCESS_CPUTIME_ID);
+  const double w0 = seconds(CLOCK_MONOTONIC);
+  for (int n = 0; n < steps; ++n) s.assembly->compute_force(s.d, s.f, 1e6);
+  const double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID) - c0;
+  const double wall = seconds(CLOCK_MONOTONIC) - w0;
+  const double clock = 0.5 * (before + effective_clock());
+  const double updates = steps * static_cast<double>(s.mesh->n_cells());
+  s.rates.push_back(updates / cpu);
+  s.walls.push_back(updates / wall);
+  s.cycles.push_back(clock * cpu / updates);
 }
 
 }  // namespace
 
-int main() {
-  const auto hexes = test::make_block({.cells = {40, 40, 40}, .size = {0.1, 0.1, 0.1}});
-  const auto tets = test::to_tets(hexes);
+/// solid_speed [--all] [--repeats N]: --all times the narrower instruction sets too.
+int main(int argc, char** argv) {
+  bool all = false;
+  int repeats = 15;
+  for (int i = 1; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--all") == 0) all = true;
+    if (std::strcmp(argv[i], "--repeats") == 0 && i + 1 < argc) repeats = std::atoi(argv[++i]);
+  }
+  const test::BlockSize size{.cells = {40, 40, 40}, .size = {0.1, 0.1, 0.1}};
+  std::map<Shape, std::shared_ptr<const SolidMesh>> meshes;
+  for (const auto shape : {Shape::hex8, Shape::tet4, Shape::wedge6})
+    meshes[shape] = std::make_shared<const SolidMesh>(test::make_block_of(shape, size));
+  meshes[Shape::tet10] = std::make_shared<const SolidMesh>(
+      test::make_block_of(Shape::tet10, {.cells = {16, 16, 16}, .size = {0.1, 0.1, 0.1}}));
   const InstructionSet best = best_instruction_set();
   const char* names[] = {"baseline", "avx2", "avx512"};
-  for (std::size_t isa = 0; isa <= static_cast<std::size_t>(best); ++isa) {
-    const bool target = isa == static_cast<std::size_t>(best);
-    const auto set = static_cast<InstructionSet>(isa);
-    record(std::string("hex8_q1p0_") + names[isa], measure(hexes, set, 1).cpu_rate,
-           "elements/core_s", target ? "6e6" : "null");
-    record(std::string("tet4_anp_") + names[isa], measure(tets, set, 1).cpu_rate, "elements/core_s",
-           target ? "25e6" : "null");
+  const std::map<std::string, const char*> targets{
+      {"hex8_q1p0", "6e6"}, {"hex8_one_point", "10e6"}, {"tet4_anp", "25e6"}};
+  std::vector<Subject> subjects;
+  for (const auto& element : make_elements()) {
+    if (element.planar) continue;
+    for (const auto isa :
+         {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
+      if (!has_instruction_set(isa) || (isa != best && !all)) continue;
+      subjects.push_back(make_subject(element.name + "_" + names[static_cast<std::size_t>(isa)],
+                                      element.name, meshes[element.shape], 1, isa));
+      const auto target = targets.find(element.name);
+      if (isa == best && target != targets.end()) subjects.back().target = target->second;
+    }
   }
-  const double one = measure(hexes, best, 1).wall_rate;
-  record("hex8_q1p0_two_threads", measure(hexes, best, 2).wall_rate / one, "speed-up", "1.85");
+  subjects.push_back(make_subject("two_threads", "hex8_q1p0", meshes[Shape::hex8], 2, best));
+  std::vector<double> speed_ups;
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    for (auto& s : subjects) measure(s);
+    // Wall times of one and two threads right after one another.
+    const auto one = std::find_if(subjects.begin(), subjects.end(), [&](const Subject& s) {
+      return s.name == std::string("hex8_q1p0_") + names[static_cast<std::size_t>(best)];
+    });
+    measure(*one);
+    measure(subjects.back());
+    speed_ups.push_back(subjects.back().walls.back() / one->walls.back());
+  }
+  std::vector<double> clocks;
+  for (const auto& s : subjects)
+    for (std::size_t k = 0; k < s.rates.size(); ++k) clocks.push_back(s.rates[k] * s.cycles[k]);
+  const double best_clock = *std::max_element(clocks.begin(), clocks.end());
+  for (const auto& s : subjects) {
+    if (s.name == "two_threads") continue;
+    const double cycles = median(s.cycles);
+    record(s.name, median(s.rates), "elements/core_s", s.target, "higher");
+    record(s.name + "_cycles", cycles, "cycles/element", "null", "lower");
+    record(s.name + "_at_full_clock", best_clock / cycles, "elements/core_s", s.target, "higher");
+    record(s.name + "_memory",
+           static_cast<double>(s.assembly->bytes()) / static_cast<double>(s.mesh->n_cells()),
+           "B/element", s.name.starts_with("hex8") ? "1200" : "null", "lower");
+  }
+  record("hex8_q1p0_two_threads", median(speed_ups), "speed-up", "1.85", "higher");
+  record("clock_median", median(clocks), "Hz", "null", "higher");
+  record("clock_best", best_clock, "Hz", "null", "higher");
   return EXIT_SUCCESS;
 }

@@ -62,11 +62,11 @@ TEST(SolidBadInput, UnknownLawNamesTheKnownOnes) {
 TEST(SolidBadInput, InvertedCellIsNamedWithPlaceAndTissue) {
   Folder folder;
   auto mesh = block();
-  std::swap(mesh.hex8[8 * 3 + 0], mesh.hex8[8 * 3 + 6]);
+  std::swap(mesh.of(Shape::hex8).nodes[8 * 3 + 0], mesh.of(Shape::hex8).nodes[8 * 3 + 6]);
   const auto outcome = check(folder, case_material, mesh);
   EXPECT_EQ(outcome.code, 2);
   EXPECT_SAYS(outcome, "1 inverted or zero-volume cells");
-  EXPECT_SAYS(outcome, "hex 3 in block at (0.075, 0.075, 0.025) m");
+  EXPECT_SAYS(outcome, "hex8 3 in block at (0.075, 0.075, 0.025) m");
 }
 
 TEST(SolidBadInput, LooseAndDoubleNodesAndWrongNumbersAreNamed) {
@@ -77,8 +77,8 @@ TEST(SolidBadInput, LooseAndDoubleNodesAndWrongNumbersAreNamed) {
   EXPECT_NE(faults[0].find("node 27 at (0, 0, 0) m"), std::string::npos) << faults[0];
   EXPECT_NE(faults[1].find("nodes 0 and 27"), std::string::npos) << faults[1];
   auto wrong = block();
-  wrong.hex8[5] = 99;
-  wrong.hex_tissue[1] = 4;
+  wrong.of(Shape::hex8).nodes[5] = 99;
+  wrong.of(Shape::hex8).tissue[1] = 4;
   EXPECT_EQ(check_mesh(wrong).size(), 2u);
 }
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <functional>
+#include <map>
 #include <random>
 #include <vector>
 
@@ -61,8 +61,8 @@ inline SolidMesh make_block(const BlockSize& b) {
         };
         for (const auto v : {n(0, 0, 0), n(1, 0, 0), n(1, 1, 0), n(0, 1, 0), n(0, 0, 1), n(1, 0, 1),
                              n(1, 1, 1), n(0, 1, 1)})
-          mesh.hex8.push_back(v);
-        mesh.hex_tissue.push_back(0);
+          mesh.of(Shape::hex8).nodes.push_back(v);
+        mesh.of(Shape::hex8).tissue.push_back(0);
         if (i == 0) face("x0", n(0, 0, 0), n(0, 0, 1), n(0, 1, 1), n(0, 1, 0));
         if (i == b.cells[0] - 1) face("x1", n(1, 0, 0), n(1, 1, 0), n(1, 1, 1), n(1, 0, 1));
         if (j == 0) face("y0", n(0, 0, 0), n(1, 0, 0), n(1, 0, 1), n(0, 0, 1));
@@ -77,15 +77,115 @@ inline SolidMesh make_block(const BlockSize& b) {
 inline SolidMesh to_tets(SolidMesh mesh) {
   constexpr std::array<std::array<int, 2>, 6> edges{
       {{1, 2}, {2, 3}, {3, 7}, {7, 4}, {4, 5}, {5, 1}}};
-  for (std::size_t h = 0; h < mesh.n_hex(); ++h) {
-    const std::int32_t* n = &mesh.hex8[8 * h];
+  for (std::size_t h = 0; h < mesh.count(Shape::hex8); ++h) {
+    const std::int32_t* n = &mesh.of(Shape::hex8).nodes[8 * h];
     for (const auto& e : edges) {
-      for (const auto v : {n[0], n[e[0]], n[e[1]], n[6]}) mesh.tet4.push_back(v);
-      mesh.tet_tissue.push_back(mesh.hex_tissue[h]);
+      for (const auto v : {n[0], n[e[0]], n[e[1]], n[6]}) mesh.of(Shape::tet4).nodes.push_back(v);
+      mesh.of(Shape::tet4).tissue.push_back(mesh.of(Shape::hex8).tissue[h]);
     }
   }
-  mesh.hex8.clear();
-  mesh.hex_tissue.clear();
+  mesh.of(Shape::hex8).nodes.clear();
+  mesh.of(Shape::hex8).tissue.clear();
+  return mesh;
+}
+
+/// The same nodes with each hex cut into two wedges along the diagonal of its bottom.
+inline SolidMesh to_wedges(SolidMesh mesh) {
+  auto& hexes = mesh.of(Shape::hex8);
+  auto& wedges = mesh.of(Shape::wedge6);
+  for (std::size_t h = 0; h < hexes.tissue.size(); ++h) {
+    const std::int32_t* n = &hexes.nodes[8 * h];
+    for (const auto& half : {std::array<int, 3>{0, 1, 2}, std::array<int, 3>{0, 2, 3}}) {
+      for (const int up : {0, 4})
+        for (const int a : half) wedges.nodes.push_back(n[a + up]);
+      wedges.tissue.push_back(hexes.tissue[h]);
+    }
+  }
+  hexes = {};
+  return mesh;
+}
+
+/// Quadratic tets: to_tets with nodes at the middles of the edges; node sets grow with them.
+inline SolidMesh to_tet10(SolidMesh mesh) {
+  mesh = to_tets(std::move(mesh));
+  auto& tets = mesh.of(Shape::tet4);
+  auto& result = mesh.of(Shape::tet10);
+  std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> middles;
+  constexpr std::array<std::array<int, 2>, 6> edges{
+      {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
+  for (std::size_t t = 0; t < tets.tissue.size(); ++t) {
+    const std::int32_t* n = &tets.nodes[4 * t];
+    result.nodes.insert(result.nodes.end(), n, n + 4);
+    for (const auto& e : edges) {
+      const auto [low, high] = std::minmax(n[e[0]], n[e[1]]);
+      const auto [entry, added] =
+          middles.try_emplace({low, high}, static_cast<std::int32_t>(mesh.n_nodes()));
+      if (added)
+        for (std::size_t i = 0; i < 3; ++i)
+          mesh.nodes.push_back(0.5 * (mesh.nodes[3 * static_cast<std::size_t>(low) + i] +
+                                      mesh.nodes[3 * static_cast<std::size_t>(high) + i]));
+      result.nodes.push_back(entry->second);
+    }
+    result.tissue.push_back(tets.tissue[t]);
+  }
+  tets = {};
+  for (auto& [name, set] : mesh.node_sets) {
+    std::vector<bool> in(mesh.n_nodes(), false);
+    for (const auto n : set) in[static_cast<std::size_t>(n)] = true;
+    for (const auto& [edge, middle] : middles)
+      if (in[static_cast<std::size_t>(edge.first)] && in[static_cast<std::size_t>(edge.second)])
+        set.push_back(middle);
+  }
+  return mesh;
+}
+
+/// Quads in the plane z = 0 from a block of one layer: its bottom; edges in the face sets.
+inline SolidMesh to_quads(const SolidMesh& block) {
+  SolidMesh mesh;
+  mesh.tissues = block.tissues;
+  std::vector<std::int32_t> number(block.n_nodes(), -1);
+  for (const auto n : block.node_sets.at("z0")) {
+    number[static_cast<std::size_t>(n)] = static_cast<std::int32_t>(mesh.n_nodes());
+    mesh.nodes.insert(mesh.nodes.end(), {block.nodes[3 * static_cast<std::size_t>(n)],
+                                         block.nodes[3 * static_cast<std::size_t>(n) + 1], 0.0});
+  }
+  const auto& hexes = block.of(Shape::hex8);
+  for (std::size_t h = 0; h < hexes.tissue.size(); ++h) {
+    for (std::size_t a = 0; a < 4; ++a)
+      mesh.of(Shape::quad4)
+          .nodes.push_back(number[static_cast<std::size_t>(hexes.nodes[8 * h + a])]);
+    mesh.of(Shape::quad4).tissue.push_back(hexes.tissue[h]);
+  }
+  for (const auto& [name, set] : block.node_sets)
+    for (const auto n : set)
+      if (number[static_cast<std::size_t>(n)] >= 0)
+        mesh.node_sets[name].push_back(number[static_cast<std::size_t>(n)]);
+  for (const auto& [name, facets] : block.face_sets)
+    for (const auto& f : facets) {
+      Facet edge{-1, -1, -1, -1};
+      std::size_t k = 0;
+      for (std::size_t a = 0; a < 4; ++a) {
+        const auto n = number[static_cast<std::size_t>(f[a])];
+        if (n >= 0 && k < 2) edge[k++] = n;
+      }
+      // A side face has two bottom nodes; run through (.., bottom last, bottom first) they turn.
+      const auto first = number[static_cast<std::size_t>(f[0])];
+      const auto last = number[static_cast<std::size_t>(f[3])];
+      if (k == 2 && first >= 0 && last >= 0) edge = {last, first, -1, -1};
+      if (k == 2 && name != "z0") mesh.face_sets[name].push_back(edge);
+    }
+  return mesh;
+}
+
+/// A block of cells of any shape (quads: its bottom, with radius at least size[0] / 2 if it is to
+/// be turned about y).
+inline SolidMesh make_block_of(Shape shape, const BlockSize& b, double shift_x = 0.0) {
+  auto mesh = make_block(b);
+  for (std::size_t n = 0; n < mesh.n_nodes(); ++n) mesh.nodes[3 * n] += shift_x;
+  if (shape == Shape::tet4) return to_tets(std::move(mesh));
+  if (shape == Shape::tet10) return to_tet10(std::move(mesh));
+  if (shape == Shape::wedge6) return to_wedges(std::move(mesh));
+  if (shape == Shape::quad4) return to_quads(mesh);
   return mesh;
 }
 
@@ -146,8 +246,8 @@ inline SolidMesh make_shell(int n, int layers, double inner, double outer) {
           const std::array<std::int32_t, 8> v{
               at(i, j, k),     at(i + 1, j, k),     at(i + 1, j + 1, k),     at(i, j + 1, k),
               at(i, j, k + 1), at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1), at(i, j + 1, k + 1)};
-          mesh.hex8.insert(mesh.hex8.end(), v.begin(), v.end());
-          mesh.hex_tissue.push_back(0);
+          mesh.of(Shape::hex8).nodes.insert(mesh.of(Shape::hex8).nodes.end(), v.begin(), v.end());
+          mesh.of(Shape::hex8).tissue.push_back(0);
           if (k == 0) mesh.face_sets["inner"].push_back({v[0], v[3], v[2], v[1]});
           if (k == layers - 1) mesh.face_sets["outer"].push_back({v[4], v[5], v[6], v[7]});
         }

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "solid_solver/integrators/stable_step.hpp"
+#include "solid_solver/mesh/cell_geometry.hpp"
 #include "tests/support/solid_runs.hpp"
 
 namespace ocublast::solid {
