@@ -64,6 +64,7 @@ void Flow::Core::refresh_box() {
     if (b.data != nullptr) b.data += lo[0] + lo[1] * b.sj + lo[2] * b.sk;
   };
   for (Block* b : {&box.W, &box.R, &box.Q, &box.A, &box.G}) shift(*b);
+  box.X = box.R;
   const std::ptrdiff_t row = lo[2] * ctx.mask_rows + lo[1];
   const int tile = lo[0] / tile_width;
   box.fluid += row * ctx.mask_tiles + tile;

@@ -7,11 +7,13 @@
 #include <memory>
 #include <vector>
 
+#include "flow_solver/boundary/domain_ghosts.hpp"
 #include "flow_solver/numerics/field_memory.hpp"
 #include "flow_solver/numerics/kernel.hpp"
 #include "flow_solver/numerics/line_table.hpp"
 #include "flow_solver/numerics/muscl.hpp"
 #include "flow_solver/numerics/radial.hpp"
+#include "flow_solver/pass_clock.hpp"
 #include "flow_solver/step.hpp"
 
 namespace ocublast::flow {
@@ -55,12 +57,14 @@ struct Flow::Core {
   void grow_box();
   [[nodiscard]] bool disturbed(int i, int j, int k) const;
   [[nodiscard]] bool layer_disturbed(int axis, int at) const;
+  PassClock clock;
   FieldMemory W, R, Q, A, G;
   std::array<LineTable, 3> table, table_from_ghost, table_from_mirror;
   std::array<LineMetric, 3> metric;
   RadialMetric radial;
   LineTable radial_table, box_radial_table;
   std::vector<std::vector<double>> scratch;  ///< per thread
+  std::vector<FieldMemory> plane_scratch;    ///< per thread, the x part of a plane's divergence
 
   std::vector<std::uint8_t> fluid, mark, failed;
   std::array<std::vector<std::uint8_t>, 3> cut, line_marked;
@@ -93,6 +97,12 @@ struct Flow::Core {
   void fill_padding();
   /// Domain ghosts of the primitives at the time `now`.
   void fill_ghosts();
+  [[nodiscard]] DomainGhosts domain_ghosts() const;
+  /// Whether the sweeps fill the x and y ghosts plane by plane, while the plane is in the cache: not
+  /// where something else needs them before.
+  [[nodiscard]] bool ghosts_with_planes() const {
+    return !bodies && !ctx.nodal_stress && muscl == nullptr && box.n[2] > 1;
+  }
   double now = 0.0;  ///< s, of the state in W
   void set_time(double t);
   void fill_scalar(const Block& block, int field);
@@ -123,8 +133,8 @@ struct Flow::Core {
   /// Rate [1/s] of convection in the cells at r = 0, whose one face is (m + 1)/2 times larger against
   /// their volume than that of a slab.
   [[nodiscard]] double convection_at_axis() const;
-  void sweep_x_lines(double* own, int k, int g0, int g1) const {
-    (radial.power > 0 ? radial_kernels->sweep_x : kernels->sweep_x)(box, own, k, g0, g1);
+  void sweep_x_lines(const Context& part, double* own, int k, int g0, int g1) const {
+    (radial.power > 0 ? radial_kernels->sweep_x : kernels->sweep_x)(part, own, k, g0, g1);
   }
   [[nodiscard]] long run_stage();
   void sweep_planes();

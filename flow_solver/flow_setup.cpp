@@ -126,6 +126,7 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
     }
   }
   if (options.threads < 1) options.threads = 1;
+  clock.on = options.time_passes;
   const KernelSet set = choose_kernels(options.instruction_set);
   kernels = set.kernels;
   radial_kernels = set.radial;
@@ -154,6 +155,9 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
   set_masks_without_bodies();
   set_box({0, 0, 0}, {ctx.n[0], ctx.n[1], ctx.n[2]});
   scratch.resize(static_cast<std::size_t>(options.threads));
+  Grid plane = grid;
+  plane.axis[2] = make_absent_axis();
+  for (int t = 0; t < options.threads; ++t) plane_scratch.emplace_back(plane, n_primitive, false);
   const std::size_t size = kernels->scratch_doubles(ctx);
   // Each thread touches its own scratch and its part of the fields first.
 #pragma omp parallel for schedule(static, 1) num_threads(options.threads)
@@ -265,6 +269,8 @@ void Flow::Core::set_context() {
   ctx.strain_sensor = options.sensor == Sensor::strain;
   ctx.need_strain = options.artificial_diffusivity &&
                     (ctx.strain_sensor || (ctx.nodal_stress && options.C_mu > 0.0));
+  // What does not fit the caches anyway: 25 doubles per node against a few MiB.
+  ctx.stream = grid.n_cells() > 40'000;
   ctx.floor_rho = options.floor_density;
   ctx.floor_p = options.floor_pressure;
 }
@@ -435,6 +441,8 @@ void Flow::restored() {
   const auto at = [&](std::size_t m) { return static_cast<int>(c.box_copy[m]); };
   c.set_box({at(0), at(1), at(2)}, {at(3), at(4), at(5)});
 }
+
+std::span<const double> Flow::pass_seconds() const { return core_->clock.seconds; }
 
 std::span<const std::uint8_t> Flow::marks() const { return core_->mark; }
 

@@ -42,10 +42,12 @@ constexpr double stage_time[4] = {0.0, 0.5, 0.5, 1.0};
 
 }  // namespace
 
-void Flow::Core::fill_ghosts() {
+DomainGhosts Flow::Core::domain_ghosts() const {
   const NodeBox part{{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
-  fill_primitive_ghosts(grid, boundaries, options.gas, now, part, ctx.W, options.threads);
+  return {grid, boundaries, options.gas, now, part, ctx.W};
 }
+
+void Flow::Core::fill_ghosts() { domain_ghosts().fill_all(options.threads); }
 
 void Flow::Core::fill_scalar(const Block& block, int field) {
   const NodeBox part{{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
@@ -63,6 +65,7 @@ bool Flow::Core::fresh_charge() const { return p_max > fresh_ratio * p_min; }
 
 void Flow::Core::prepare() {
   const int threads = options.threads;
+  Lap lap(clock);
   if (options.active_box) grow_box();
   refresh_box();
   const int n2 = box.n[2];
@@ -73,6 +76,7 @@ void Flow::Core::prepare() {
   }
   fill_ghosts();
   refresh_box();
+  lap.book(Pass::ghosts);
 #pragma omp parallel for schedule(static) num_threads(threads)
   for (int k = 0; k < n2; ++k) {
     kernels->theta_plane(box, k, maxima[static_cast<std::size_t>(k)]);
@@ -108,6 +112,7 @@ void Flow::Core::prepare() {
     fill_scalar(ctx.W, field_kappa);
     if (ctx.nodal_stress) fill_scalar(ctx.W, field_mu);
   }
+  lap.book(Pass::sensors);
   prepared = true;
 }
 
@@ -121,37 +126,72 @@ double Flow::stable_step() {
 }
 
 void Flow::Core::sweep_planes() {
-  const int n2 = box.n[2];
+  const int n1 = box.n[1], n2 = box.n[2];
+  const DomainGhosts ghosts = domain_ghosts();
+  const bool fill_here = ghosts_with_planes();
+  // Walls and the radius add their parts to the dilatation of the whole plane.
+  const bool whole_bulk = ctx.bulk && (bodies || radial.power > 0);
 #pragma omp parallel num_threads(options.threads)
   {
-    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    const auto thread = static_cast<std::size_t>(omp_get_thread_num());
+    double* own = scratch[thread].data();
+    Lap lap(clock);
     if (box.nodal_stress) {
       // One plane more at open ends; at the others it is computed and then replaced.
 #pragma omp for schedule(static)
       for (int k = -1; k < n2 + 1; ++k) kernels->stress_plane(box, k);
 #pragma omp for schedule(static)
       for (int j = 0; j < box.n[1]; ++j) kernels->stress_ends_z(box, j);
+      lap.book(Pass::stress);
     }
-#pragma omp for schedule(static)
+    Context plane = box;
+    if (box.present[1]) {
+      // The x part of the divergence of one plane stays in the cache until the y part joins it.
+      plane.X = plane_scratch[thread].block();
+      plane.X.sk = 0;
+    }
+#pragma omp for schedule(static) nowait
     for (int k = 0; k < n2; ++k) {
-      if (ctx.bulk) {
-        kernels->bulk_plane(box, k);
-        correct_bulk(k + lo[2]);
-        if (radial.power > 0) radial_kernels->add_bulk(box, k);
-      }
-      sweep_x_lines(own, k, 0, box.row_groups);
       const auto run = [&](int axis) {
         const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
         if (s.begin.empty()) return;
         const auto c = static_cast<std::size_t>(k);
         for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
-          kernels->sweep_segments(box, own, axis, s.batch[b]);
+          kernels->sweep_segments(plane, own, axis, s.batch[b]);
         }
       };
+      if (whole_bulk) {
+        if (fill_here) {
+          ghosts.fill_x(k + lo[2], lo[1], hi[1]);
+          for (const bool low : {true, false}) ghosts.fill_y(k + lo[2], low);
+        }
+        kernels->bulk_rows(plane, k, 0, n1);
+        correct_bulk(k + lo[2]);
+        if (radial.power > 0) radial_kernels->add_bulk(plane, k);
+        lap.book(Pass::bulk);
+      }
+      for (int g = 0; g < box.row_groups; ++g) {
+        const int j0 = g * tile_width, j1 = std::min(n1, j0 + tile_width);
+        if (fill_here && !whole_bulk) {
+          ghosts.fill_x(k + lo[2], lo[1] + j0, lo[1] + j1);
+          if (g == 0) ghosts.fill_y(k + lo[2], true);
+          if (g + 1 == box.row_groups) ghosts.fill_y(k + lo[2], false);
+          lap.book(Pass::ghosts);
+        }
+        if (ctx.bulk && !whole_bulk) {
+          kernels->bulk_rows(plane, k, j0, j1);
+          lap.book(Pass::bulk);
+        }
+        sweep_x_lines(plane, own, k, g, g + 1);
+        lap.book(Pass::sweep_x);
+      }
       run(0);
+      lap.book(Pass::sweep_x);
       if (box.present[1]) {
-        kernels->sweep_y(box, own, k, 0, box.tiles);
+        if (ctx.bulk) kernels->bulk_ghost_rows(plane, k);
+        kernels->sweep_y(plane, own, k, 0, box.tiles);
         run(1);
+        lap.book(Pass::sweep_y);
       }
     }
   }
@@ -160,16 +200,17 @@ void Flow::Core::sweep_planes() {
 /// The same where there is only one plane: threads share its lines.
 void Flow::Core::sweep_one_plane() {
   if (ctx.bulk) {
-    kernels->bulk_plane(box, 0);
+    kernels->bulk_rows(box, 0, 0, box.n[1]);
     correct_bulk(0);
     if (radial.power > 0) radial_kernels->add_bulk(box, 0);
+    kernels->bulk_ghost_rows(box, 0);
   }
   if (box.nodal_stress) kernels->stress_plane(box, 0);
 #pragma omp parallel num_threads(options.threads)
   {
     double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
 #pragma omp for schedule(static)
-    for (int g = 0; g < box.row_groups; ++g) sweep_x_lines(own, 0, g, g + 1);
+    for (int g = 0; g < box.row_groups; ++g) sweep_x_lines(box, own, 0, g, g + 1);
     for (int axis = 0; axis < 2; ++axis) {
       const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
       if (axis == 1 && box.present[1]) {
@@ -256,7 +297,10 @@ long Flow::Core::finish_planes() {
 long Flow::Core::run_stage() {
   if (box.n[2] > 1) sweep_planes();
   else sweep_one_plane();
-  return update_rows();
+  Lap lap(clock);
+  const long failures = update_rows();
+  lap.book(Pass::sweep_z);
+  return failures;
 }
 
 bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report) {
@@ -265,19 +309,24 @@ bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report
   for (int stage = 0; stage < 4; ++stage) {
     ctx.stage = stage;
     now = t + stage_time[stage] * dt;
-    fill_ghosts();
+    Lap lap(clock);
+    if (ghosts_with_planes()) domain_ghosts().fill_all_z(options.threads);
+    else fill_ghosts();
     if (bodies) {  // only band nodes change, and no stencil reads the domain ghosts beside those
       bodies->move_to(now);
       bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
     }
     refresh_box();
+    lap.book(Pass::ghosts);
     const long failures = run_stage();
     if (failures > 0) {
       if (!repair) return false;
       report.floored_nodes += repair_failures(false);
     }
   }
+  Lap lap(clock);
   const long failures = finish_planes();
+  lap.book(Pass::filter);
   if (failures == 0) return true;
   if (!repair) return false;
   report.floored_nodes += repair_failures(true);
@@ -293,9 +342,11 @@ StepReport Flow::advance(double t, double dt) {
   report.dt = dt;
   report.largest_pressure = c.p_max;
   report.smallest_pressure = c.p_min;
+  Lap lap(c.clock);
   c.age_marks();
   if (c.muscl == nullptr) c.premark(report);  // limited slopes need no warning
   else if (c.ctx.any_mark) c.set_line_marks();
+  lap.book(Pass::other);
   const bool floors = c.options.floor_density > 0.0 && c.options.floor_pressure > 0.0;
   c.ctx.drop_limit = strict_drop;
   c.ctx.filter_strength =

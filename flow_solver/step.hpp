@@ -75,6 +75,7 @@ struct FlowOptions {
   double active_tolerance = 1e-9;              ///< relative difference that counts as disturbed
   int active_margin = 16;                      ///< nodes between a disturbed one and the box's faces
   int threads = 1;
+  bool time_passes = false;                    ///< take the processor time of the parts of a step
   std::string instruction_set;                 ///< "", "baseline", "avx2", "avx512"; "": best present
 };
 
@@ -148,6 +149,9 @@ class Flow {
 
   void fill_domain_ghosts();
   [[nodiscard]] Totals totals() const;
+  /// Processor seconds by pass (pass_clock.hpp) of the first thread since the start; all zero without
+  /// FlowOptions::time_passes.
+  [[nodiscard]] std::span<const double> pass_seconds() const;
   /// Nodes with first-order fluxes in the last step, [k, j, n_x rounded up to 8].
   [[nodiscard]] std::span<const std::uint8_t> marks() const;
 

@@ -150,47 +150,72 @@ void fill_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std::ptrd
   }
 }
 
-/// Calls fill(axis, node 0 of the first line, its indices, stride, number of neighbouring lines) for
-/// all lines beside the box: x-lines, then rows with their x ghosts, then planes with both.
+/// Calls fill(axis, node 0 of the first line, stride, number of neighbouring lines) for all lines
+/// beside the box: x-lines, then rows with their x ghosts, then planes with both.
 template <class Fill>
 void fill_all_ends(const Grid& grid, const NodeBox& box, double* data, const Block& b, int threads,
                    const Fill& fill) {
   const int first = box.lo[0] - n_ghost;
   const int width = box.hi[0] - box.lo[0] + 2 * n_ghost;
-  struct Node {
-    int i, j, k;
-  };
 #pragma omp parallel for schedule(static) num_threads(threads)
   for (int k = box.lo[2]; k < box.hi[2]; ++k) {
-    for (int j = box.lo[1]; j < box.hi[1]; ++j) fill(0, data + j * b.sj + k * b.sk, Node{0, j, k}, 1, 1);
-    if (grid.axis[1].present) fill(1, data + first + k * b.sk, Node{first, 0, k}, b.sj, width);
+    for (int j = box.lo[1]; j < box.hi[1]; ++j) fill(0, data + j * b.sj + k * b.sk, 1, 1);
+    if (grid.axis[1].present) fill(1, data + first + k * b.sk, b.sj, width);
   }
   if (!grid.axis[2].present) return;
   const int g1 = grid.axis[1].ghosts();
 #pragma omp parallel for schedule(static) num_threads(threads)
-  for (int j = box.lo[1] - g1; j < box.hi[1] + g1; ++j) {
-    fill(2, data + first + j * b.sj, Node{first, j, 0}, b.sk, width);
-  }
+  for (int j = box.lo[1] - g1; j < box.hi[1] + g1; ++j) fill(2, data + first + j * b.sj, b.sk, width);
 }
 
 }  // namespace
 
-void fill_primitive_ghosts(const Grid& grid, const Boundaries& boundaries, const Gas& gas, double t,
-                           const NodeBox& box, const Block& W, int threads) {
-  const auto fill = [&](int axis, double* node0, auto node, std::ptrdiff_t stride, int count) {
-    const int n = grid.axis[static_cast<std::size_t>(axis)].n;
-    for (int side = 0; side < 2; ++side) {
-      if (side == 0 ? box.lo[axis] > 0 : box.hi[axis] < n) continue;
-      const Boundary& b = boundaries[static_cast<std::size_t>(2 * axis + side)];
-      fill_end({&grid, &b, &gas, t, axis, side == 0, {node.i, node.j, node.k}}, node0, W.sf, stride, count);
-    }
-  };
-  fill_all_ends(grid, box, W.data, W, threads, fill);
+void DomainGhosts::fill(int axis, bool low, double* node0, std::array<int, 3> node, std::ptrdiff_t stride,
+                        int count) const {
+  const auto a = static_cast<std::size_t>(axis);
+  if (!grid_.axis[a].present || (low ? box_.lo[axis] > 0 : box_.hi[axis] < grid_.axis[a].n)) return;
+  const Boundary& b = boundaries_[2 * a + (low ? 0 : 1)];
+  fill_end({&grid_, &b, &gas_, t_, axis, low, {node[0], node[1], node[2]}}, node0, W_.sf, stride, count);
+}
+
+void DomainGhosts::fill_x(int k, int j0, int j1) const {
+  for (int j = j0; j < j1; ++j) {
+    double* row = W_.data + j * W_.sj + k * W_.sk;
+    for (const bool low : {true, false}) fill(0, low, row, {0, j, k}, 1, 1);
+  }
+}
+
+void DomainGhosts::fill_y(int k, bool low) const {
+  const int first = box_.lo[0] - n_ghost, width = box_.hi[0] + n_ghost - first;
+  fill(1, low, W_.data + first + k * W_.sk, {first, 0, k}, W_.sj, width);
+}
+
+void DomainGhosts::fill_z(int j) const {
+  const int first = box_.lo[0] - n_ghost, width = box_.hi[0] + n_ghost - first;
+  for (const bool low : {true, false}) fill(2, low, W_.data + first + j * W_.sj, {first, j, 0}, W_.sk, width);
+}
+
+void DomainGhosts::fill_all(int threads) const {
+#pragma omp parallel for schedule(static) num_threads(threads)
+  for (int k = box_.lo[2]; k < box_.hi[2]; ++k) {
+    fill_x(k, box_.lo[1], box_.hi[1]);
+    for (const bool low : {true, false}) fill_y(k, low);
+  }
+  if (!grid_.axis[2].present) return;
+  const int g1 = grid_.axis[1].ghosts();
+#pragma omp parallel for schedule(static) num_threads(threads)
+  for (int j = box_.lo[1] - g1; j < box_.hi[1] + g1; ++j) fill_z(j);
+}
+
+void DomainGhosts::fill_all_z(int threads) const {
+  if (!grid_.axis[2].present) return;
+#pragma omp parallel for schedule(static) num_threads(threads)
+  for (int j = box_.lo[1]; j < box_.hi[1]; ++j) fill_z(j);
 }
 
 void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const NodeBox& box,
                         const Block& block, int field, int threads) {
-  const auto fill = [&](int axis, double* node0, auto, std::ptrdiff_t stride, int count) {
+  const auto fill = [&](int axis, double* node0, std::ptrdiff_t stride, int count) {
     const int n = grid.axis[static_cast<std::size_t>(axis)].n;
     for (int side = 0; side < 2; ++side) {
       if (side == 0 ? box.lo[axis] > 0 : box.hi[axis] < n) continue;

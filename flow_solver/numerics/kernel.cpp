@@ -10,7 +10,7 @@ namespace {
 #define OCU_TEXT(x) OCU_TEXT_OF(x)
 
 std::size_t scratch_doubles(const Context& ctx) {
-  const Index longest = (face_doubles(ctx) / (face_record * tile_width)) + 16;
+  const Index longest = (face_doubles(ctx) / (largest_face_record * tile_width)) + 16;
   const Index lines = face_doubles(ctx) + longest * 5 * tile_width + tile_width * node_record * tile_width;
   const Index segments = segment_doubles(ctx);
   const Index gauss_planes = (static_cast<Index>(ctx.n[1]) + 9) * 3 * ctx.R.sf + 64;
@@ -18,10 +18,10 @@ std::size_t scratch_doubles(const Context& ctx) {
   return static_cast<std::size_t>(most);
 }
 
-constexpr Kernels table{OCU_TEXT(OCU_ISA), scratch_doubles, bulk_plane,      stress_plane,  stress_ends_z,
-                        sweep_x,           sweep_y,         sweep_segments,  update_row,    filter_x,
-                        filter_y,          filter_segments, finish_plane,    restore_plane, premark_plane,
-                        theta_plane,       sensor_plane,    diffusivity_plane};
+constexpr Kernels table{OCU_TEXT(OCU_ISA), scratch_doubles, bulk_rows,      bulk_ghost_rows, stress_plane,
+                        stress_ends_z,     sweep_x,         sweep_y,        sweep_segments,  update_row,
+                        filter_x,          filter_y,        filter_segments, finish_plane,   restore_plane,
+                        premark_plane,     theta_plane,     sensor_plane,   diffusivity_plane};
 
 }  // namespace
 

@@ -99,6 +99,8 @@ struct Context {
   bool filter = true;
   double filter_strength = 1.0;  ///< part of the filter's correction that is applied
   Block W, R, Q, A, G;
+  Block X;              ///< the x-lines' part of the divergence: one plane of scratch, or R itself
+  bool stream = false;  ///< results that are not read soon go past the caches
   LineView line[3];
   RadialView radial;
   /// Lines for cut segments: eliminated from a wall end or a domain ghost, and from a mirrored end,
@@ -145,15 +147,17 @@ struct PlaneMaxima {
 struct Kernels {
   const char* name;
   std::size_t (*scratch_doubles)(const Context&);
-  /// W field_bulk = -beta theta in plane k.
-  void (*bulk_plane)(const Context&, int k);
+  /// W field_bulk = -beta theta in rows [j0, j1) of plane k, with its ghosts along x.
+  void (*bulk_rows)(const Context&, int k, int j0, int j1);
+  /// Its ghost rows beyond the y ends of plane k.
+  void (*bulk_ghost_rows)(const Context&, int k);
   /// Nodal stress and energy flux of plane k into G, with the ghosts of its x and y lines.
   void (*stress_plane)(const Context&, int k);
   /// The ghosts of the z lines of row j.
   void (*stress_ends_z)(const Context&, int j);
-  /// x-lines of row groups [g0, g1): R = divergence of the x flux (0 on cut lines).
+  /// x-lines of row groups [g0, g1): X = divergence of the x flux (0 on cut lines).
   void (*sweep_x)(const Context&, double* scratch, int k, int g0, int g1);
-  /// y-lines of tiles [t0, t1): R += divergence of the y flux.
+  /// y-lines of tiles [t0, t1): R = X + divergence of the y flux.
   void (*sweep_y)(const Context&, double* scratch, int k, int t0, int t1);
   /// R += divergence of the flux along cut segments.
   void (*sweep_segments)(const Context&, double* scratch, int axis, const SegmentBatch&);

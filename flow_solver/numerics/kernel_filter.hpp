@@ -87,7 +87,7 @@ OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, dou
     if (((lanes.active >> l) & 1u) == 0) continue;
     for (int j = 0; j <= lanes.n[l]; ++j) {
       if (!touches_mark(lanes, l, j)) continue;
-      for (int f = 0; f < 5; ++f) buf[(static_cast<Index>(j) * face_record + f) * tile_width + l] = 0.0;
+      for (int f = 0; f < 5; ++f) buf[(static_cast<Index>(j) * filter_record + f) * tile_width + l] = 0.0;
     }
   }
 }
@@ -97,40 +97,78 @@ OCU_INLINE constexpr int filter_class(int axis, int f) {
   return f == 1 + axis ? 1 : 2;
 }
 
+/// Adds the filter's change to node i from the weighted fluxes of its faces.
+OCU_INLINE void change_node(double* pencil, int i, const Vec right[5], const Vec left[5], Vec inverse_h,
+                            unsigned keep) {
+#pragma GCC unroll 5
+  for (int f = 0; f < 5; ++f) {
+    Vec change = right[f] - left[f];
+    if ((keep & 0xffu) != 0) change = select(keep, splat(0.0), change);
+    double* q = pencil + (static_cast<Index>(i) * 5 + f) * tile_width;
+    store(q, madd(change, inverse_h, load(q)));
+  }
+}
+
+/// Right side and elimination of the faces [begin, end]; all eight nodes around them exist, or their
+/// weights are zero and nothing must be read (Ends).
+template <int D, bool Ends, class Coef>
+OCU_INLINE void filter_forward(int n, int begin, int end, const Coef& coef, double* buf, const double* pencil,
+                               Vec g[5]) {
+  for (int j = begin; j <= end; ++j) {
+    const double* at = pencil + static_cast<Index>(j) * 5 * tile_width;
+    const auto pair = [&](int m, int f) OCU_FORCE {
+      return load(at + (m * 5 + f) * tile_width) - load(at + ((-1 - m) * 5 + f) * tile_width);
+    };
+    double* out = buf + static_cast<Index>(j) * filter_record * tile_width;
+#pragma GCC unroll 5
+    for (int f = 0; f < 5; ++f) {
+      const int k = filter_class_size * filter_class(D, f);
+      Vec rhs = coef.row(j, k) * pair(0, f);
+#pragma GCC unroll 3
+      for (int m = 1; m < 4; ++m) {
+        if (Ends && (j - 1 - m < -4 || j + m > n + 3)) continue;
+        rhs = madd(coef.row(j, k + m), pair(m, f), rhs);
+      }
+      g[f] = nmadd(coef.row(j, k + filter_weights), g[f], rhs);
+      store(out + f * tile_width, g[f]);
+    }
+  }
+}
+
 /// Filters nodes 0 .. n - 1 of the pencil in place; lanes in `keep` stay as they are.
 template <int D, class Coef>
 OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int face_end, const Coef& coef,
                               double* buf, double* pencil, unsigned keep, const Lanes* marked) {
-  const auto node = [&](int i, int f) { return load(pencil + (static_cast<Index>(i) * 5 + f) * tile_width); };
-  const auto at = [&](int j) { return buf + static_cast<Index>(j) * face_record * tile_width; };
+  const auto at = [&](int j) { return buf + static_cast<Index>(j) * filter_record * tile_width; };
   Vec g[5];
   for (int f = 0; f < 5; ++f) g[f] = splat(0.0);
-  for (int j = face_begin; j <= face_end; ++j) {
-    const bool near_low = j < 0, near_high = j > n;
+  const int inner_end = face_end < n ? face_end : n;
+  filter_forward<D, true>(n, face_begin, -1, coef, buf, pencil, g);
+  filter_forward<D, false>(n, face_begin > 0 ? face_begin : 0, inner_end, coef, buf, pencil, g);
+  filter_forward<D, true>(n, inner_end + 1, face_end, coef, buf, pencil, g);
+  const auto substitute = [&](int j) OCU_FORCE {
 #pragma GCC unroll 5
     for (int f = 0; f < 5; ++f) {
-      Vec rhs = coef.row(j, 0) * (node(j, f) - node(j - 1, f));
-      // Beyond the pencil's end the weights are zero and nothing must be read.
-      if (!(near_low && j - 2 < -4) && !(near_high && j + 1 > n + 3)) {
-        rhs = rhs + coef.row(j, 1) * (node(j + 1, f) - node(j - 2, f));
-      }
-      if (!(near_low && j - 3 < -4) && !(near_high && j + 2 > n + 3)) {
-        rhs = rhs + coef.row(j, 2) * (node(j + 2, f) - node(j - 3, f));
-      }
-      if (!(near_low && j - 4 < -4) && !(near_high && j + 3 > n + 3)) {
-        rhs = rhs + coef.row(j, 3) * (node(j + 3, f) - node(j - 4, f));
-      }
-      const int k = 4 + 3 * filter_class(D, f);
-      g[f] = coef.row(j, k) * rhs - coef.row(j, k + 1) * g[f];
-      store(at(j) + f * tile_width, g[f]);
+      g[f] = nmadd(coef.row(j, filter_class_size * filter_class(D, f) + filter_weights + 1), g[f],
+                   load(at(j) + f * tile_width));
     }
+  };
+  Vec right[5], left[5];
+  if (!line.periodic && marked == nullptr) {
+    for (int j = face_end - 1; j >= n; --j) substitute(j);
+    for (int f = 0; f < 5; ++f) right[f] = coef.jacobian(n) * g[f];
+    for (int i = n - 1; i >= 0; --i) {
+      substitute(i);
+      const Vec jacobian = coef.jacobian(i);
+      for (int f = 0; f < 5; ++f) left[f] = jacobian * g[f];
+      change_node(pencil, i, right, left, coef.inverse_h(i), keep);
+      for (int f = 0; f < 5; ++f) right[f] = left[f];
+    }
+    return;
   }
   for (int j = face_end - 1; j >= 0; --j) {
-#pragma GCC unroll 5
-    for (int f = 0; f < 5; ++f) {
-      g[f] = load(at(j) + f * tile_width) - coef.row(j, 6 + 3 * filter_class(D, f)) * g[f];
-      store(at(j) + f * tile_width, g[f]);
-    }
+    substitute(j);
+    for (int f = 0; f < 5; ++f) store(at(j) + f * tile_width, g[f]);
   }
   if (line.periodic) {
     for (int f = 0; f < 5; ++f) {
@@ -144,19 +182,11 @@ OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int f
     }
   }
   if (marked != nullptr) clear_marked(*marked, buf);
-  Vec left[5];
-  for (int f = 0; f < 5; ++f) left[f] = coef.jacobian(0) * load(at(0) + f * tile_width);
-  for (int i = 0; i < n; ++i) {
-    const Vec jacobian = coef.jacobian(i + 1), inverse_h = coef.inverse_h(i);
-#pragma GCC unroll 5
-    for (int f = 0; f < 5; ++f) {
-      const Vec right = jacobian * load(at(i + 1) + f * tile_width);
-      Vec change = (right - left[f]) * inverse_h;
-      if ((keep & 0xffu) != 0) change = select(keep, splat(0.0), change);
-      double* q = pencil + (static_cast<Index>(i) * 5 + f) * tile_width;
-      store(q, load(q) + change);
-      left[f] = right;
-    }
+  for (int f = 0; f < 5; ++f) right[f] = coef.jacobian(n) * load(at(n) + f * tile_width);
+  for (int i = n - 1; i >= 0; --i) {
+    for (int f = 0; f < 5; ++f) left[f] = coef.jacobian(i) * load(at(i) + f * tile_width);
+    change_node(pencil, i, right, left, coef.inverse_h(i), keep);
+    for (int f = 0; f < 5; ++f) right[f] = left[f];
   }
 }
 

@@ -11,13 +11,18 @@
 
 namespace ocublast::flow::OCU_ISA {
 
-/// Vectors per face in the buffer: five convective fluxes, then diffusive energy and momenta.
-inline constexpr int face_record = 9;
 inline constexpr int face_margin = 6;  ///< faces kept below face 0 in the buffer
 
 /// How viscous stress enters a line: not at all, through the nodal fluxes of whole lines, or as
 /// second-order fluxes across the faces of cut lines.
 enum ViscousForm : int { no_viscosity = 0, nodal_viscosity = 1, narrow_viscosity = 2 };
+
+/// Vectors per face in the buffer: five fluxes of the solve, the flux of heat across the face, and
+/// with narrow viscosity those of momentum. The filter needs five.
+template <int Visc>
+inline constexpr int face_record = Visc == narrow_viscosity ? 9 : 6;
+inline constexpr int largest_face_record = 9;
+inline constexpr int filter_record = 5;
 
 /// Fields of G that join the fluxes along D: stress on x, y, z, energy flux.
 inline constexpr int stress_component[3][4] = {{0, 1, 2, 6}, {1, 3, 4, 7}, {2, 4, 5, 8}};
@@ -99,14 +104,14 @@ OCU_INLINE Flux nodal_flux(const GasVec& gas, const double* p, Index sf) {
   const Vec total = pressure + load(p + field_bulk * sf);
   const Vec un = D == 0 ? u : (D == 1 ? v : w);
   const Vec m = rho * un;
-  const Vec kinetic = splat(0.5) * rho * (u * u + v * v + w * w);
+  const Vec speed2 = madd(w, w, madd(v, v, u * u));
+  const Vec density_of_energy = madd(splat(0.5) * rho, speed2, pressure * gas.inverse_gm1);
   Flux f;
   f.q[0] = m;
-  f.q[1] = m * u;
-  f.q[2] = m * v;
-  f.q[3] = m * w;
-  f.q[1 + D] = f.q[1 + D] + total;
-  f.q[4] = un * (pressure * gas.inverse_gm1 + kinetic + total);
+  f.q[1] = D == 0 ? madd(m, u, total) : m * u;
+  f.q[2] = D == 1 ? madd(m, v, total) : m * v;
+  f.q[3] = D == 2 ? madd(m, w, total) : m * w;
+  f.q[4] = un * (density_of_energy + total);
   return f;
 }
 
@@ -137,7 +142,7 @@ OCU_INLINE void diffusive_face(Forward<Visc, Eight>& s, const Source& src, Index
   const Vec T = load(p + 4 * src.sf), kappa = load(p + field_kappa * src.sf);
   const Vec inverse_dx = coef.inverse_dx(label);
   const Vec half = splat(0.5);
-  double* out = buf + static_cast<Index>(label) * face_record * tile_width;
+  double* out = buf + static_cast<Index>(label) * face_record<Visc> * tile_width;
   Vec energy = (half * (s.kappa + kappa)) * ((s.T - T) * inverse_dx);
   if constexpr (Visc == nodal_viscosity) {
     if (!src.face_heat) energy = splat(0.0);
@@ -173,17 +178,16 @@ OCU_INLINE void diffusive_face(Forward<Visc, Eight>& s, const Source& src, Index
 }
 
 /// Right side and elimination of face j from the window; b0..b1 straddle the face.
-template <int D, class Coef>
+template <int D, int Visc, class Coef>
 OCU_INLINE void eliminate_face(Vec face[5], const Flux& a1, const Flux& a0, const Flux& b0,
                                const Flux& b1, const Flux* outer, int j, const Coef& coef, double* buf) {
-  const Vec A = coef.row(j, 0), B = coef.row(j, 1);
-  double* out = buf + static_cast<Index>(j) * face_record * tile_width;
+  double* out = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
 #pragma GCC unroll 5
   for (int q = 0; q < 5; ++q) {
-    const int k = 3 + 3 * class_of<D>(q);
-    Vec rhs = A * (a0.q[q] + b0.q[q]) + B * (a1.q[q] + b1.q[q]);
-    if (outer != nullptr) rhs = rhs + coef.row(j, 2) * (outer[0].q[q] + outer[5].q[q]);
-    face[q] = coef.row(j, k) * rhs - coef.row(j, k + 1) * face[q];
+    const int k = flux_class_size * class_of<D>(q);
+    Vec rhs = madd(coef.row(j, k + 1), a1.q[q] + b1.q[q], coef.row(j, k) * (a0.q[q] + b0.q[q]));
+    if (outer != nullptr) rhs = madd(coef.row(j, k + 2), outer[0].q[q] + outer[5].q[q], rhs);
+    face[q] = nmadd(coef.row(j, k + 3), face[q], rhs);
     store(out + q * tile_width, face[q]);
   }
 }
@@ -204,7 +208,7 @@ OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const 
     for (; i < end; ++i) {
       diffusive_face<D>(s, src, i, i, coef, buf);
       s.w[5] = line_flux<D, Visc>(gas, src, i);
-      eliminate_face<D>(s.face, s.w[1], s.w[2], s.w[3], s.w[4], s.w, i - lag, coef, buf);
+      eliminate_face<D, Visc>(s.face, s.w[1], s.w[2], s.w[3], s.w[4], s.w, i - lag, coef, buf);
       for (int m = 0; m < 5; ++m) s.w[m] = s.w[m + 1];
     }
   } else {
@@ -212,7 +216,7 @@ OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const 
       if constexpr (D == 2) prefetch_next(src.p + node * src.sl + src.next, src.sf, field_kappa + 1);
       diffusive_face<D>(s, src, node, node, coef, buf);
       d = line_flux<D, Visc>(gas, src, node);
-      eliminate_face<D>(s.face, a, b, c, d, nullptr, node - lag, coef, buf);
+      eliminate_face<D, Visc>(s.face, a, b, c, d, nullptr, node - lag, coef, buf);
     };
     Flux w0 = s.w[0], w1 = s.w[1], w2 = s.w[2], w3;
     for (; i + 4 <= end; i += 4) {
@@ -258,10 +262,10 @@ OCU_INLINE void end_forward(Forward<Visc, Eight>& s, int last_node, int missing,
   for (int m = 0; m < missing; ++m) {
     if constexpr (Eight) {
       s.w[5] = s.w[4];
-      eliminate_face<D>(s.face, s.w[1], s.w[2], s.w[3], s.w[4], s.w, last_node + 1 + m - 2, coef, buf);
+      eliminate_face<D, Visc>(s.face, s.w[1], s.w[2], s.w[3], s.w[4], s.w, last_node + 1 + m - 2, coef, buf);
       for (int k = 0; k < 5; ++k) s.w[k] = s.w[k + 1];
     } else {
-      eliminate_face<D>(s.face, s.w[0], s.w[1], s.w[2], s.w[2], nullptr, last_node + m, coef, buf);
+      eliminate_face<D, Visc>(s.face, s.w[0], s.w[1], s.w[2], s.w[2], nullptr, last_node + m, coef, buf);
     }
   }
 }
@@ -292,14 +296,14 @@ OCU_INLINE void backward(int n, int face_end, const Coef& coef, double* buf, Sin
   Vec face[5], right[5];
   for (int q = 0; q < 5; ++q) face[q] = splat(0.0);
   const auto substitute = [&](int j) {
-    const double* at = buf + static_cast<Index>(j) * face_record * tile_width;
+    const double* at = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
 #pragma GCC unroll 5
     for (int q = 0; q < 5; ++q) {
-      face[q] = load(at + q * tile_width) - coef.row(j, 5 + 3 * class_of<D>(q)) * face[q];
+      face[q] = nmadd(coef.row(j, flux_class_size * class_of<D>(q) + flux_weights + 1), face[q], load(at + q * tile_width));
     }
   };
   const auto total = [&](int j, Vec out[5]) {
-    const double* at = buf + static_cast<Index>(j) * face_record * tile_width;
+    const double* at = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
     for (int q = 0; q < 5; ++q) out[q] = face[q];
     out[4] = out[4] + load(at + 5 * tile_width);
     if constexpr (Visc == narrow_viscosity) {

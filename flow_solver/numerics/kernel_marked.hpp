@@ -98,7 +98,7 @@ OCU_INLINE bool touches_mark(const Lanes& lanes, int l, int j) {
 }
 
 /// Replaces the total face fluxes of marked nodes in the buffer (diffusive parts set to zero).
-template <int D>
+template <int D, int Visc>
 [[gnu::noinline]] void replace_marked(const Context& ctx, const Lanes& lanes, double* buf) {
   for (int l = 0; l < tile_width; ++l) {
     if (((lanes.active >> l) & 1u) == 0) continue;
@@ -125,9 +125,9 @@ template <int D>
       } else {
         first_order_flux<D>(state(j - 1), state(j), f);
       }
-      double* face = buf + static_cast<Index>(j) * face_record * tile_width;
+      double* face = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
       for (int q = 0; q < 5; ++q) face[q * tile_width + l] = f[q];
-      for (int q = 5; q < face_record; ++q) face[q * tile_width + l] = 0.0;
+      for (int q = 5; q < face_record<Visc>; ++q) face[q * tile_width + l] = 0.0;
     }
   }
 }
@@ -135,12 +135,12 @@ template <int D>
 template <int D, int Visc, class Coef, class Sink>
 OCU_INLINE void backward_slow(const Context& ctx, const LineView& line, int n, int face_end,
                               const Coef& coef, double* buf, const Lanes* lanes, Sink&& sink) {
-  const auto at = [&](int j) { return buf + static_cast<Index>(j) * face_record * tile_width; };
+  const auto at = [&](int j) { return buf + static_cast<Index>(j) * face_record<Visc> * tile_width; };
   for (int j = face_end - 1; j >= 0; --j) {
     for (int q = 0; q < 5; ++q) {
       const Vec above = load(at(j + 1) + q * tile_width);
       store(at(j) + q * tile_width,
-            load(at(j) + q * tile_width) - coef.row(j, 5 + 3 * class_of<D>(q)) * above);
+            nmadd(coef.row(j, flux_class_size * class_of<D>(q) + flux_weights + 1), above, load(at(j) + q * tile_width)));
     }
   }
   if (line.periodic) {
@@ -158,7 +158,7 @@ OCU_INLINE void backward_slow(const Context& ctx, const LineView& line, int n, i
     }
     for (int q = 0; q < 5; ++q) store(at(n) + q * tile_width, load(at(0) + q * tile_width));
   }
-  if (lanes != nullptr) replace_marked<D>(ctx, *lanes, buf);
+  if (lanes != nullptr) replace_marked<D, Visc>(ctx, *lanes, buf);
   for (int i = n - 1; i >= 0; --i) {
     Vec div[5];
     for (int q = 0; q < 5; ++q) {

@@ -9,7 +9,7 @@
 
 namespace ocublast::flow::OCU_ISA {
 
-OCU_INLINE Index segment_nodes(const Context& ctx) { return face_doubles(ctx) / (face_record * tile_width) + 16; }
+OCU_INLINE Index segment_nodes(const Context& ctx) { return face_doubles(ctx) / (largest_face_record * tile_width) + 16; }
 
 /// Scratch of a batch behind the face buffer: nodes, metric, tails.
 OCU_INLINE Index segment_doubles(const Context& ctx) {
@@ -90,7 +90,7 @@ OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const E
     const int last = mirror ? n : n + 3;
     double c_before[n_classes];
     for (int p = 0; p < n_classes; ++p) {
-      c_before[p] = rows[static_cast<Index>(split - 1) * row_size + weights + 3 * p + 2];
+      c_before[p] = rows[static_cast<Index>(split - 1) * row_size + p * (weights + 3) + weights + 1];
     }
     for (int j = split; j <= end; ++j) {
       double* out = tail + static_cast<Index>(j - split) * row_size * tile_width + l;
@@ -100,7 +100,6 @@ OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const E
       }
       const int to_end = mirror ? 4 : n + 4 - j;
       const int reach = to_end < 4 ? to_end : 4;
-      for (int c = 0; c < weights; ++c) out[c * tile_width] = e.weights[reach][c];
       for (int p = 0; p < n_classes; ++p) {
         double lower = e.alpha[reach], upper = e.alpha[reach];
         double pivot = 1.0;
@@ -115,10 +114,10 @@ OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const E
           }
         }
         pivot /= 1.0 - lower * c_before[p];
-        double* row = out + (weights + 3 * p) * tile_width;
-        row[0] = pivot;
-        row[tile_width] = lower * pivot;
-        row[2 * tile_width] = upper * pivot;
+        double* row = out + p * (weights + 3) * tile_width;
+        for (int c = 0; c < weights; ++c) row[c * tile_width] = pivot * e.weights[reach][c];
+        row[weights * tile_width] = lower * pivot;
+        row[(weights + 1) * tile_width] = upper * pivot;
         c_before[p] = upper * pivot;
       }
     }
@@ -280,7 +279,7 @@ void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch
   load_metric(ctx, D, s, t, mem);
   const LineView& common = is_mirror(t.low[0]) ? ctx.from_mirror[D] : ctx.from_ghost[D];
   const int end = t.longest + 3;
-  lane_tail(common.flux, flux_row_size, 3, ctx.flux_end, false, t.high, s, t.shortest, end, mem.tail);
+  lane_tail(common.flux, flux_row_size, flux_weights, ctx.flux_end, false, t.high, s, t.shortest, end, mem.tail);
   const LaneCoef coef{common.flux, mem.tail, t.shortest, mem.spacing, mem.inverse_h};
   constexpr Index step = node_record * tile_width;
   Source src{mem.nodes, tile_width, step, mem.nodes + node_mu * tile_width, {}, step};
@@ -302,12 +301,13 @@ void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch
     open.periodic = false;
     backward_slow<D, Visc>(ctx, open, t.longest, end, coef, mem.buf, &lanes, sink);
   }
-  const Index rl = stride_along(ctx.R, D);
+  const Block& to = D == 0 ? ctx.X : ctx.R;
+  const Index rl = stride_along(to, D);
   for (int l = 0; l < s.lanes; ++l) {
-    double* r = ctx.R.data + offset_in(ctx.R, t.origin[l]);
+    double* r = to.data + offset_in(to, t.origin[l]);
     for (int i = 0; i < s.length[l]; ++i) {
       for (int f = 0; f < 5; ++f) {
-        r[i * rl + f * ctx.R.sf] += mem.pencil[(static_cast<Index>(i) * 5 + f) * tile_width + l];
+        r[i * rl + f * to.sf] += mem.pencil[(static_cast<Index>(i) * 5 + f) * tile_width + l];
       }
     }
   }
@@ -365,7 +365,7 @@ void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatc
   load_metric(ctx, D, s, t, mem);
   const LineView& common = is_mirror(t.low[0]) ? ctx.from_mirror[D] : ctx.from_ghost[D];
   const int end = t.longest + 3;
-  lane_tail(common.filter, filter_row_size, 4, ctx.filter_end, true, t.high, s, t.shortest, end, mem.tail);
+  lane_tail(common.filter, filter_row_size, filter_weights, ctx.filter_end, true, t.high, s, t.shortest, end, mem.tail);
   const LaneFilter coef{common.filter, mem.tail, t.shortest, mem.jacobian, mem.inverse_h, ctx.filter_strength};
   const Lanes lanes = segment_lanes<D>(ctx, s, t);
   LineView open = ctx.line[D];

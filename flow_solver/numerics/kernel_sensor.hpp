@@ -96,14 +96,13 @@ OCU_INLINE Vec strain_rate(const Context& ctx, const Metrics& m, const double* w
   return vsqrt(sum);
 }
 
-inline void bulk_plane(const Context& shared, int k) {
+inline void bulk_rows(const Context& shared, int k, int j0, int j1) {
   const Context ctx = shared;
   const Metrics m(ctx);
   const Block& b = ctx.W;
-  double* plane = b.data + k * b.sk + field_bulk * b.sf;
-  const int n0 = ctx.n[0], n1 = ctx.n[1];
-  for (int j = 0; j < n1; ++j) {
-    double* row = plane + j * b.sj;
+  const int n0 = ctx.n[0];
+  for (int j = j0; j < j1; ++j) {
+    double* row = b.data + k * b.sk + j * b.sj + field_bulk * b.sf;
     for (int t = 0; t < ctx.tiles; ++t) {
       const int i0 = t * tile_width;
       const double* w = row - field_bulk * b.sf + i0;
@@ -118,7 +117,13 @@ inline void bulk_plane(const Context& shared, int k) {
       row[-1 - g] = row[low];
     }
   }
+}
+
+inline void bulk_ghost_rows(const Context& ctx, int k) {
   if (!ctx.present[1]) return;
+  const Block& b = ctx.W;
+  double* plane = b.data + k * b.sk + field_bulk * b.sf;
+  const int n1 = ctx.n[1];
   const LineView& y = ctx.line[1];
   for (int g = 0; g < 4; ++g) {
     const int low = y.periodic ? n1 - 1 - g : (y.low == LaneEnd::domain_ghost ? 0 : g);

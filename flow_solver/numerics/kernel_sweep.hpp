@@ -16,10 +16,10 @@ inline constexpr int node_gradient = 8;
 OCU_INLINE Index face_doubles(const Context& ctx) {
   const int a = ctx.n[0] > ctx.n[1] ? ctx.n[0] : ctx.n[1];
   const int longest = a > ctx.n[2] ? a : ctx.n[2];
-  return static_cast<Index>(longest + 24) * face_record * tile_width;
+  return static_cast<Index>(longest + 24) * largest_face_record * tile_width;
 }
 /// Face 0 of the buffer at the head of the scratch.
-OCU_INLINE double* face_zero(double* scratch) { return scratch + face_margin * face_record * tile_width; }
+OCU_INLINE double* face_zero(double* scratch) { return scratch + face_margin * largest_face_record * tile_width; }
 
 OCU_INLINE Index mark_row(const Context& ctx) { return static_cast<Index>(ctx.mask_tiles) * tile_width; }
 OCU_INLINE Index mark_at(const Context& ctx, int i, int j, int k) {
@@ -103,14 +103,21 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
   const double* g_row[8];
   for (int l = 0; l < tile_width; ++l) {
     const int j = j0 + l < ctx.n[1] ? j0 + l : ctx.n[1] - 1;
-    r_row[l] = ctx.R.data + j * ctx.R.sj + k * ctx.R.sk;
+    r_row[l] = ctx.X.data + j * ctx.X.sj + k * ctx.X.sk;
     w_row[l] = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
     g_row[l] = ctx.G.data == nullptr ? nullptr : ctx.G.data + j * ctx.G.sj + k * ctx.G.sk;
+  }
+  // The rows that come next are asked for one group ahead: one row later still, as the dilatation of
+  // a group looks at the row behind it. After the last row come the first ones of the next plane.
+  const double* next_row[8];
+  for (int l = 0; l < tile_width; ++l) {
+    const int j = j0 + tile_width + 1 + l;
+    next_row[l] = ctx.W.data + (j < ctx.n[1] ? j * ctx.W.sj : (j - ctx.n[1]) * ctx.W.sj + ctx.W.sk) + k * ctx.W.sk;
   }
   if ((cut & rows) == rows) {
     for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) {
       for (int f = 0; f < 5; ++f) {
-        for (int t = 0; t < ctx.tiles; ++t) store(r_row[l] + f * ctx.R.sf + t * tile_width, splat(0.0));
+        for (int t = 0; t < ctx.tiles; ++t) store(r_row[l] + f * ctx.X.sf + t * tile_width, splat(0.0));
       }
     }
     return;
@@ -125,8 +132,12 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
   bool started = false;
   for (int i0 = -tile_width; i0 <= walk.last; i0 += tile_width) {
     load_x_block<Visc>(ctx, w_row, g_row, i0, block);
+    const int column = i0 < ctx.n[0] ? i0 : 0;
     for (int l = 0; l < tile_width; ++l) {
-      prefetch_next(w_row[l] + tile_width * ctx.W.sj + i0, ctx.W.sf, field_kappa + 1);
+      prefetch_next(next_row[l] + column, ctx.W.sf, n_stage_fields - 1);
+      for (int d = 0; d < 2 * (ctx.present[2] ? 1 : 0); ++d) {
+        __builtin_prefetch(next_row[l] + column + (d == 0 ? ctx.W.sk : -ctx.W.sk) + 3 * ctx.W.sf, 0, 2);
+      }
     }
     const double* base = block - i0 * step;
     Source src{base, tile_width, step, nullptr, {}, step};
@@ -153,7 +164,7 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
       }
       transpose(r);
       for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) {
-        store(r_row[l] + f * ctx.R.sf + i, r[l]);
+        store(r_row[l] + f * ctx.X.sf + i, r[l]);
       }
     }
   };
@@ -168,7 +179,7 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
 
 /// Forward part of a y or z line of a tile, straight from the rows.
 template <int D, int Visc, bool Eight>
-OCU_INLINE void forward_whole(const Context& ctx, int i0, int j, int k, double* buf) {
+OCU_INLINE void forward_whole(const Context& ctx, int i0, int j, int k, double* buf, Index next = 0) {
   const LineView& line = ctx.line[D];
   const Block& w = ctx.W;
   const Index sl = D == 1 ? w.sj : w.sk;
@@ -181,7 +192,7 @@ OCU_INLINE void forward_whole(const Context& ctx, int i0, int j, int k, double* 
     src.gl = D == 1 ? g.sj : g.sk;
     for (int q = 0; q < 4; ++q) src.g[q] = at + stress_component[D][q] * g.sf;
   }
-  if (D == 2) src.next = i0 + tile_width < ctx.n[0] ? tile_width : w.sj - i0;
+  src.next = next;
   const GasVec gas(ctx);
   const UniformCoef coef = uniform_coef(line);
   const Walk walk = walk_of<Eight>(ctx.n[D], line.face_begin, line.face_end);
@@ -199,15 +210,28 @@ void sweep_y_tile(const Context& shared, double* scratch, int k, int tile) {
   const Index flag = static_cast<Index>(k) * ctx.mask_tiles + tile;
   const unsigned columns = existing(i0, ctx.n[0]);
   const unsigned cut = ctx.bodies ? ctx.cut[1][flag] : 0u;
-  if ((cut & columns) == columns) return;
+  if ((cut & columns) == columns) {
+    if (ctx.X.data == ctx.R.data) return;
+    for (int j = 0; j < ctx.n[1]; ++j) {
+      for (int f = 0; f < 5; ++f) {
+        store(ctx.R.data + i0 + j * ctx.R.sj + k * ctx.R.sk + f * ctx.R.sf,
+              load(ctx.X.data + i0 + j * ctx.X.sj + k * ctx.X.sk + f * ctx.X.sf));
+      }
+    }
+    return;
+  }
   double* buf = face_zero(scratch);
   forward_whole<1, Visc, Eight>(ctx, i0, 0, k, buf);
   double* r = ctx.R.data + i0 + k * ctx.R.sk;
+  const double* x = ctx.X.data + i0 + k * ctx.X.sk;
   const auto sink = [&](int j, const Vec div[5]) OCU_FORCE {
     double* at = r + j * ctx.R.sj;
+    const double* from = x + j * ctx.X.sj;
     for (int f = 0; f < 5; ++f) {
       const Vec d = cut != 0 ? select(cut, splat(0.0), div[f]) : div[f];
-      store(at + f * ctx.R.sf, load(at + f * ctx.R.sf) + d);
+      const Vec sum = load(from + f * ctx.X.sf) + d;
+      if (ctx.stream) store_past_caches(at + f * ctx.R.sf, sum);
+      else store(at + f * ctx.R.sf, sum);
     }
   };
   const UniformCoef coef = uniform_coef(line);
@@ -239,6 +263,7 @@ inline void sweep_x(const Context& ctx, double* scratch, int k, int g0, int g1) 
 
 inline void sweep_y(const Context& ctx, double* scratch, int k, int t0, int t1) {
   for (int t = t0; t < t1; ++t) OCU_VARIANT(ctx, sweep_y_tile, ctx, scratch, k, t);
+  if (ctx.stream) _mm_sfence();
 }
 
 }  // namespace ocublast::flow::OCU_ISA

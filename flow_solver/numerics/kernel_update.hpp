@@ -7,9 +7,11 @@
 
 namespace ocublast::flow::OCU_ISA {
 
-// Classical fourth-order Runge-Kutta: q = q^n - a dt R, sum of w R.
-inline constexpr double stage_a[4] = {0.5, 0.5, 1.0, 0.0};
-inline constexpr double stage_w[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
+// Classical fourth-order Runge-Kutta with stage states q1 .. q3: q(s+1) = q^n - a dt R(q(s)), and
+// q^n+1 = (q1 + 2 q2 + q3 - q^n) / 3 - dt/6 R(q3). A holds the bracket, begun in the second stage:
+// the first one stores nothing (q1 is known from the primitives), the last one needs no q^n.
+inline constexpr double stage_a[4] = {0.5, 0.5, 1.0, 1.0 / 6.0};
+inline constexpr double third = 1.0 / 3.0;
 
 [[gnu::noinline]] inline long note_failures(const Context& ctx, unsigned bad, int i0, int j, int k) {
   long count = 0;
@@ -48,31 +50,68 @@ OCU_INLINE unsigned store_primitives(const Context& ctx, const Vec q[5], double*
   return bad;
 }
 
-/// One node vector of the update; R is the whole divergence. `line` receives the new state of the
-/// last stage (or null: to A).
-OCU_INLINE unsigned update_node(const Context& ctx, int i0, int tile, int j, int k, Vec R[5], double* line) {
-  const unsigned fluid = ctx.fluid[tile_at(ctx, tile, j, k)];
+/// Primitive and conserved places of one node vector.
+struct NodePlaces {
+  double *w, *a;
+  const double* q;
+  OCU_INLINE NodePlaces(const Context& c, int i0, int j, int k)
+      : w(c.W.data + i0 + j * c.W.sj + k * c.W.sk),
+        a(c.A.data + i0 + j * c.A.sj + k * c.A.sk),
+        q(c.Q.data + i0 + j * c.Q.sj + k * c.Q.sk) {}
+};
+
+/// One node vector of the update from the whole divergence R. In the last stage the new state goes
+/// to `line` (a pencil's node), or to A if that is null. Returns the bits of failed lanes.
+template <int Stage>
+OCU_INLINE unsigned update_node(const Context& ctx, const NodePlaces& at, unsigned fluid, const Vec R[5],
+                                double* line) {
+  const Vec step = splat(stage_a[Stage] * ctx.dt);
+  Vec q[5];
+  if constexpr (Stage == 3) {
+    for (int f = 0; f < 5; ++f) {
+      q[f] = nmadd(step, R[f], load(at.a + f * ctx.A.sf));
+      store(line != nullptr ? line + f * tile_width : at.a + f * ctx.A.sf, q[f]);
+    }
+    return 0;
+  } else {
+    Vec q1[5];
+    if constexpr (Stage == 1) {
+      Vec w[5];
+      for (int f = 0; f < 5; ++f) w[f] = load(at.w + f * ctx.W.sf);
+      conserved_of(ctx, w, q1);
+    }
+    for (int f = 0; f < 5; ++f) {
+      const Vec qn = load(at.q + f * ctx.Q.sf);
+      q[f] = nmadd(step, R[f], qn);
+      double* a = at.a + f * ctx.A.sf;
+      if constexpr (Stage == 1) {
+        Vec sum = splat(third) * (madd(splat(2.0), q[f], q1[f]) - qn);
+        if (fluid != 0xffu) sum = select(fluid, sum, qn);  // ghosts of bodies are no state of the stages
+        if (ctx.stream) store_past_caches(a, sum);
+        else store(a, sum);
+      }
+      if constexpr (Stage == 2) {
+        Vec part = q[f];
+        if (fluid != 0xffu) part = select(fluid, part, splat(0.0));
+        store(a, madd(splat(third), part, load(a)));
+      }
+    }
+    return store_primitives(ctx, q, at.w, fluid, true);
+  }
+}
+
+/// The same for any stage, with lanes that are no gas: their divergence is taken as zero.
+OCU_INLINE unsigned update_masked_node(const Context& ctx, const NodePlaces& at, unsigned fluid, Vec R[5],
+                                       double* line) {
   if (fluid != 0xffu) {
     for (int f = 0; f < 5; ++f) R[f] = select(fluid, R[f], splat(0.0));
   }
-  double* a = ctx.A.data + i0 + j * ctx.A.sj + k * ctx.A.sk;
-  const double* qn = ctx.Q.data + i0 + j * ctx.Q.sj + k * ctx.Q.sk;
-  Vec q[5];
-  if (ctx.stage == 3) {
-    const Vec dt = splat(ctx.dt), w = splat(stage_w[3]);
-    for (int f = 0; f < 5; ++f) {
-      q[f] = load(qn + f * ctx.Q.sf) - dt * (load(a + f * ctx.A.sf) + w * R[f]);
-      store(line != nullptr ? line + f * tile_width : a + f * ctx.A.sf, q[f]);
-    }
-    return 0;
+  switch (ctx.stage) {
+    case 0: return update_node<0>(ctx, at, fluid, R, line);
+    case 1: return update_node<1>(ctx, at, fluid, R, line);
+    case 2: return update_node<2>(ctx, at, fluid, R, line);
+    default: return update_node<3>(ctx, at, fluid, R, line);
   }
-  const Vec step = splat(stage_a[ctx.stage] * ctx.dt), w = splat(stage_w[ctx.stage]);
-  for (int f = 0; f < 5; ++f) {
-    q[f] = load(qn + f * ctx.Q.sf) - step * R[f];
-    const Vec sum = w * R[f];
-    store(a + f * ctx.A.sf, ctx.stage == 0 ? sum : load(a + f * ctx.A.sf) + sum);
-  }
-  return store_primitives(ctx, q, ctx.W.data + i0 + j * ctx.W.sj + k * ctx.W.sk, fluid, true);
 }
 
 /// Ghost values of the bulk pressure beyond the z ends: mirrored at walls and planes of symmetry,
@@ -96,81 +135,156 @@ OCU_INLINE void fill_bulk_ghosts_z(const Context& ctx, int i0, int j) {
   }
 }
 
+/// One column of tiles along z.
+struct Column {
+  int i0, tile, j;
+  unsigned cut;          ///< lanes whose line is cut
+  unsigned marked;       ///< lanes with first-order faces
+  double *buf, *pencil;  ///< scratch: faces, and the new state in the last stage (or null)
+  /// Distances to the same node of the column that comes next: its lines lie a plane apart, out of
+  /// reach of the hardware's prefetcher.
+  Index next_w, next_r, next_q, next_a;
+};
+
+/// Asks for the next column's lines of the arrays that the backward pass of a stage reads.
+template <int Stage>
+OCU_INLINE void prefetch_column(const Context& ctx, const Column& col, const NodePlaces& at) {
+  if constexpr (Stage != 3) prefetch_next(at.q + col.next_q, ctx.Q.sf, 5);
+  if constexpr (Stage >= 2) prefetch_next(at.a + col.next_a, ctx.A.sf, 5);
+}
+
 template <int Visc, bool Eight>
-void update_column(const Context& shared, double* scratch, int j, int tile, long& failures) {
+[[gnu::noinline]] void forward_column(const Context& shared, const Column& col) {
+  const Context ctx = shared;
+  forward_whole<2, Visc, Eight>(ctx, col.i0, col.j, 0, col.buf, col.next_w);
+}
+
+/// Backward pass and update of a stage where all lanes are whole lines without marks.
+template <int Visc, int Stage>
+[[gnu::noinline]] long backward_column(const Context& shared, const Column& col) {
   const Context ctx = shared;  // a copy: vector stores could alias the shared one
-  const int i0 = tile * tile_width;
-  const int n = ctx.n[2];
-  const bool last = ctx.stage == 3;
-  if (!ctx.present[2]) {
-    Vec R[5];
-    const double* r = ctx.R.data + i0 + j * ctx.R.sj;
-    for (int f = 0; f < 5; ++f) R[f] = load(r + f * ctx.R.sf);
-    const unsigned bad = update_node(ctx, i0, tile, j, 0, R, nullptr);
-    if (bad != 0) failures += note_failures(shared, bad, i0, j, 0);
-    return;
-  }
   const LineView& line = ctx.line[2];
-  const Index flag = static_cast<Index>(j) * ctx.mask_tiles + tile;
-  const unsigned columns = existing(i0, ctx.n[0]);
-  const unsigned cut = ctx.bodies ? ctx.cut[2][flag] : 0u;
-  double* buf = face_zero(scratch);
-  double* pencil = scratch + face_doubles(ctx) + 4 * 5 * tile_width;  // node 0 of the filter's line
-  const bool to_pencil = last && ctx.filter;
-  const double* r = ctx.R.data + i0 + j * ctx.R.sj;
-  // The next column: its lines lie a plane apart, out of reach of the hardware's prefetcher.
-  const bool last_tile = tile + 1 == ctx.tiles;
-  const Index next_r = last_tile ? ctx.R.sj - i0 : tile_width;
-  const Index next_q = last_tile ? ctx.Q.sj - i0 : tile_width;
-  const Index next_a = last_tile ? ctx.A.sj - i0 : tile_width;
+  const double* r = ctx.R.data + col.i0 + col.j * ctx.R.sj;
+  const std::uint8_t* fluid = ctx.fluid + tile_at(ctx, col.tile, col.j, 0);
+  const Index fluid_step = static_cast<Index>(ctx.mask_rows) * ctx.mask_tiles;
+  long failures = 0;
   const auto sink = [&](int k, const Vec div[5]) OCU_FORCE {
+    const NodePlaces at(ctx, col.i0, col.j, k);
+    prefetch_column<Stage>(ctx, col, at);
+    const double* rk = r + k * ctx.R.sk;
     Vec R[5];
-    const double* at = r + k * ctx.R.sk;
-    prefetch_next(at + next_r, ctx.R.sf, 5);
-    prefetch_next(ctx.Q.data + i0 + next_q + j * ctx.Q.sj + k * ctx.Q.sk, ctx.Q.sf, 5);
-    prefetch_next(ctx.A.data + i0 + next_a + j * ctx.A.sj + k * ctx.A.sk, ctx.A.sf, 5);
-    for (int f = 0; f < 5; ++f) {
-      const Vec d = cut != 0 ? select(cut, splat(0.0), div[f]) : div[f];
-      R[f] = load(at + f * ctx.R.sf) + d;
+    for (int f = 0; f < 5; ++f) R[f] = load(rk + f * ctx.R.sf) + div[f];
+    const unsigned gas = fluid[k * fluid_step];
+    if (gas != 0xffu) {
+      for (int f = 0; f < 5; ++f) R[f] = select(gas, R[f], splat(0.0));
     }
-    const unsigned bad =
-        update_node(ctx, i0, tile, j, k, R, to_pencil ? pencil + static_cast<Index>(k) * 5 * tile_width : nullptr);
-    if (bad != 0) failures += note_failures(shared, bad, i0, j, k);
+    double* to = Stage == 3 && col.pencil != nullptr ? col.pencil + static_cast<Index>(k) * 5 * tile_width : nullptr;
+    const unsigned bad = update_node<Stage>(ctx, at, gas, R, to);
+    if (bad != 0) failures += note_failures(shared, bad, col.i0, col.j, k);
   };
-  const unsigned marked = ctx.any_mark ? ctx.line_marked[2][flag] & columns & ~cut : 0u;
-  if ((cut & columns) == columns) {
+  backward<2, Visc>(ctx.n[2], line.face_end, uniform_coef(line), col.buf, sink);
+  return failures;
+}
+
+/// The same with cut lanes, marks, or periodic ends.
+template <int Visc>
+[[gnu::noinline]] long backward_column_slow(const Context& ctx, const Column& col) {
+  const LineView& line = ctx.line[2];
+  const int n = ctx.n[2];
+  const double* r = ctx.R.data + col.i0 + col.j * ctx.R.sj;
+  long failures = 0;
+  const auto sink = [&](int k, const Vec div[5]) {
+    Vec R[5];
+    for (int f = 0; f < 5; ++f) {
+      R[f] = load(r + k * ctx.R.sk + f * ctx.R.sf) + select(col.cut, splat(0.0), div[f]);
+    }
+    double* to = col.pencil != nullptr ? col.pencil + static_cast<Index>(k) * 5 * tile_width : nullptr;
+    const unsigned bad = update_masked_node(ctx, NodePlaces(ctx, col.i0, col.j, k),
+                                            ctx.fluid[tile_at(ctx, col.tile, col.j, k)], R, to);
+    if (bad != 0) failures += note_failures(ctx, bad, col.i0, col.j, k);
+  };
+  if ((col.cut & existing(col.i0, ctx.n[0])) == existing(col.i0, ctx.n[0])) {
     const Vec zero[5] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
     for (int k = n - 1; k >= 0; --k) sink(k, zero);
-  } else {
-    if (ctx.bulk) fill_bulk_ghosts_z(ctx, i0, j);
-    forward_whole<2, Visc, Eight>(ctx, i0, j, 0, buf);
-    const UniformCoef coef = uniform_coef(line);
-    if (marked == 0 && !line.periodic) {
-      backward<2, Visc>(n, line.face_end, coef, buf, sink);
-    } else {
-      const Lanes lanes = whole_lanes<2>(ctx, i0, j, 0, marked);
-      backward_slow<2, Visc>(shared, line, n, line.face_end, coef, buf, marked != 0 ? &lanes : nullptr, sink);
-    }
+    return failures;
   }
-  if (!to_pencil) return;
-  if ((cut & columns) != columns) {
-    fill_filter_ghosts<2>(ctx, i0, j, 0, pencil);
-    const unsigned all_marked = ctx.any_mark ? ctx.line_marked[2][flag] & columns : 0u;
-    const Lanes lanes = whole_lanes<2>(ctx, i0, j, 0, all_marked);
-    filter_line(line, n, UniformFilter{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength}, buf, pencil,
-                cut | ~columns, all_marked != 0 ? &lanes : nullptr);
+  const Lanes lanes = whole_lanes<2>(ctx, col.i0, col.j, 0, col.marked);
+  backward_slow<2, Visc>(ctx, line, n, line.face_end, uniform_coef(line), col.buf,
+                         col.marked != 0 ? &lanes : nullptr, sink);
+  return failures;
+}
+
+/// Filters the new state in the pencil along z where lines are whole, and stores it.
+[[gnu::noinline]] inline void finish_pencil(const Context& shared, const Column& col) {
+  const Context ctx = shared;
+  const LineView& line = ctx.line[2];
+  const int n = ctx.n[2];
+  const unsigned columns = existing(col.i0, ctx.n[0]);
+  if ((col.cut & columns) != columns) {
+    fill_filter_ghosts<2>(ctx, col.i0, col.j, 0, col.pencil);
+    const Index flag = static_cast<Index>(col.j) * ctx.mask_tiles + col.tile;
+    const unsigned marked = ctx.any_mark ? ctx.line_marked[2][flag] & columns : 0u;
+    const Lanes lanes = whole_lanes<2>(ctx, col.i0, col.j, 0, marked);
+    filter_line(line, n, UniformFilter{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength},
+                col.buf, col.pencil, col.cut | ~columns, marked != 0 ? &lanes : nullptr);
   }
-  double* a = ctx.A.data + i0 + j * ctx.A.sj;
+  double* a = ctx.A.data + col.i0 + col.j * ctx.A.sj;
   for (int k = 0; k < n; ++k) {
     for (int f = 0; f < 5; ++f) {
-      store(a + k * ctx.A.sk + f * ctx.A.sf, load(pencil + (static_cast<Index>(k) * 5 + f) * tile_width));
+      store(a + k * ctx.A.sk + f * ctx.A.sf, load(col.pencil + (static_cast<Index>(k) * 5 + f) * tile_width));
     }
   }
 }
 
+/// A direction that is absent has no fluxes: only the update.
+inline long update_flat(const Context& ctx, int j, int tile) {
+  const int i0 = tile * tile_width;
+  Vec R[5];
+  for (int f = 0; f < 5; ++f) R[f] = load(ctx.R.data + i0 + j * ctx.R.sj + f * ctx.R.sf);
+  const unsigned bad =
+      update_masked_node(ctx, NodePlaces(ctx, i0, j, 0), ctx.fluid[tile_at(ctx, tile, j, 0)], R, nullptr);
+  return bad != 0 ? note_failures(ctx, bad, i0, j, 0) : 0;
+}
+
+template <int Visc, bool Eight>
+long update_column(const Context& ctx, double* scratch, int j, int tile) {
+  if (!ctx.present[2]) return update_flat(ctx, j, tile);
+  const Index flag = static_cast<Index>(j) * ctx.mask_tiles + tile;
+  Column col{};
+  col.i0 = tile * tile_width;
+  col.tile = tile;
+  col.j = j;
+  const unsigned columns = existing(col.i0, ctx.n[0]);
+  col.cut = ctx.bodies ? ctx.cut[2][flag] : 0u;
+  col.marked = ctx.any_mark ? ctx.line_marked[2][flag] & columns & ~col.cut : 0u;
+  col.buf = face_zero(scratch);
+  if (ctx.stage == 3 && ctx.filter) {
+    col.pencil = scratch + face_doubles(ctx) + 4 * 5 * tile_width;  // node 0 of the filter's line
+  }
+  const bool last_tile = tile + 1 == ctx.tiles;
+  const auto to_next = [&](const Block& b) { return last_tile ? b.sj - col.i0 : static_cast<Index>(tile_width); };
+  col.next_w = to_next(ctx.W);
+  col.next_r = to_next(ctx.R);
+  col.next_q = to_next(ctx.Q);
+  col.next_a = to_next(ctx.A);
+  if ((col.cut & columns) != columns) {
+    if (ctx.bulk) fill_bulk_ghosts_z(ctx, col.i0, j);
+    forward_column<Visc, Eight>(ctx, col);
+  }
+  long failures = 0;
+  if (col.cut != 0 || col.marked != 0 || ctx.line[2].periodic) failures = backward_column_slow<Visc>(ctx, col);
+  else if (ctx.stage == 0) failures = backward_column<Visc, 0>(ctx, col);
+  else if (ctx.stage == 1) failures = backward_column<Visc, 1>(ctx, col);
+  else if (ctx.stage == 2) failures = backward_column<Visc, 2>(ctx, col);
+  else failures = backward_column<Visc, 3>(ctx, col);
+  if (col.pencil != nullptr) finish_pencil(ctx, col);
+  return failures;
+}
+
 inline long update_row(const Context& ctx, double* scratch, int j) {
   long failures = 0;
-  for (int t = 0; t < ctx.tiles; ++t) OCU_VARIANT(ctx, update_column, ctx, scratch, j, t, failures);
+  for (int t = 0; t < ctx.tiles; ++t) OCU_VARIANT(ctx, failures += update_column, ctx, scratch, j, t);
+  if (ctx.stream) _mm_sfence();
   return failures;
 }
 

@@ -16,7 +16,7 @@ constexpr FluxWeights eighth{3.0 / 8.0, 25.0 / 32.0 + 1.0 / 20.0 - 1.0 / 480.0, 
 
 /// Right-side weights of the filter of order 2 m in flux form: (-1)^(m+1) (1 - 2 alpha) / 4^m times
 /// the difference of order 2 m - 1, written in pairs phi(j+p-1) - phi(j-p), p = 1..4.
-std::array<double, 4> filter_weights(int m, double alpha) {
+std::array<double, 4> weights_of_filter(int m, double alpha) {
   const double s = 1.0 - 2.0 * alpha;
   switch (m) {
     case 1: return {s / 4.0, 0.0, 0.0, 0.0};
@@ -30,18 +30,34 @@ bool mirrored(LineEnd end) {
   return end == LineEnd::mirrored_slip || end == LineEnd::held_wall;
 }
 
-/// Eliminates tri(alpha, 1, alpha) with the end rows of one class; writes m, g, c at `at` of rows.
-void eliminate(std::vector<double>& rows, int row_size, int at, const LineTable& t, int parity_class,
-               LineEnd low, LineEnd high, const std::vector<double>& alpha, bool filter) {
+/// Rows of one solve with one parity class under construction.
+struct ClassRows {
+  std::vector<double>& rows;
+  int row_size, n_weights, parity_class;
+  const std::vector<std::array<double, 4>>& weights;  ///< of each face
+  const std::vector<double>& alpha;
+
+  void set(int j, double pivot, double lower, double upper) const {
+    const auto s = static_cast<std::size_t>(j + table_offset);
+    double* row = &rows[s * static_cast<std::size_t>(row_size) +
+                        static_cast<std::size_t>(parity_class * (n_weights + 3))];
+    for (int m = 0; m < n_weights; ++m) row[m] = pivot * weights[s][static_cast<std::size_t>(m)];
+    row[n_weights] = lower * pivot;
+    row[n_weights + 1] = upper * pivot;
+    row[n_weights + 2] = pivot;
+  }
+};
+
+/// Eliminates tri(alpha, 1, alpha) with the end rows of one class.
+void eliminate(const ClassRows& out, const LineTable& t, LineEnd low, LineEnd high, bool filter) {
   double c_before = 0.0;
   for (int j = t.face_begin; j <= t.face_end; ++j) {
-    double* row = &rows[static_cast<std::size_t>((j + table_offset) * row_size + at)];
-    double lower = alpha[static_cast<std::size_t>(j + table_offset)];
+    double lower = out.alpha[static_cast<std::size_t>(j + table_offset)];
     double upper = lower;
     double pivot = 1.0;
     const auto close = [&](LineEnd end, double& inwards, double& outwards) {
       outwards = 0.0;
-      switch (mirror_row(parity_class, end == LineEnd::held_wall, filter)) {
+      switch (mirror_row(out.parity_class, end == LineEnd::held_wall, filter)) {
         case MirrorRow::zero: inwards = pivot = 0.0; break;
         case MirrorRow::even: inwards *= 2.0; break;
         case MirrorRow::held:
@@ -55,40 +71,33 @@ void eliminate(std::vector<double>& rows, int row_size, int at, const LineTable&
     if (j == t.face_begin) lower = 0.0;
     if (j == t.face_end) upper = 0.0;
     pivot /= 1.0 - lower * c_before;
-    row[0] = pivot;
-    row[1] = lower * pivot;
-    row[2] = upper * pivot;
-    c_before = row[2];
+    out.set(j, pivot, lower, upper);
+    c_before = upper * pivot;
   }
 }
 
 /// Cyclic system by a rank-one update (Sherman and Morrison): rows of the plain system with changed
 /// corners, and the correction vector z with its scale.
-void eliminate_periodic(std::vector<double>& rows, int row_size, int at, int n, double alpha,
-                        std::vector<double>& z, double& last, double& scale) {
+void eliminate_periodic(const ClassRows& out, int n, std::vector<double>& z, double& last, double& scale) {
   // Corner -1 makes the first diagonal 2 and the last 1 + alpha^2: both stay away from zero.
   constexpr double corner = -1.0;
+  const double alpha = out.alpha[table_offset];
   z.assign(static_cast<std::size_t>(n + 1), 0.0);
-  const auto row = [&](int j) {
-    return &rows[static_cast<std::size_t>((j + table_offset) * row_size + at)];
-  };
-  double c_before = 0.0;
+  std::vector<double> c(static_cast<std::size_t>(n), 0.0);
   for (int j = 0; j < n; ++j) {
+    const auto s = static_cast<std::size_t>(j);
     double diagonal = 1.0;
     if (j == 0) diagonal -= corner;
     if (j == n - 1) diagonal -= alpha * alpha / corner;
-    const double lower = j == 0 ? 0.0 : alpha;
-    const double pivot = 1.0 / (diagonal - lower * c_before);
-    row(j)[0] = pivot;
-    row(j)[1] = lower * pivot;
-    row(j)[2] = j == n - 1 ? 0.0 : alpha * pivot;
-    c_before = row(j)[2];
+    const double lower = j == 0 ? 0.0 : alpha, upper = j == n - 1 ? 0.0 : alpha;
+    const double pivot = 1.0 / (diagonal - (j == 0 ? 0.0 : lower * c[s - 1]));
+    out.set(j, pivot, lower, upper);
+    c[s] = upper * pivot;
     const double rhs = (j == 0 ? corner : 0.0) + (j == n - 1 ? alpha : 0.0);
-    z[static_cast<std::size_t>(j)] =
-        pivot * rhs - row(j)[1] * (j == 0 ? 0.0 : z[static_cast<std::size_t>(j - 1)]);
+    z[s] = pivot * (rhs - (j == 0 ? 0.0 : lower * z[s - 1]));
   }
   for (int j = n - 2; j >= 0; --j) {
-    z[static_cast<std::size_t>(j)] -= row(j)[2] * z[static_cast<std::size_t>(j + 1)];
+    z[static_cast<std::size_t>(j)] -= c[static_cast<std::size_t>(j)] * z[static_cast<std::size_t>(j + 1)];
   }
   z[static_cast<std::size_t>(n)] = z[0];
   last = alpha / corner;
@@ -109,6 +118,7 @@ LineTable make_line_table(int n, LineEnd low, LineEnd high, const LineScheme& sc
   const EndRows flux_end = make_flux_end_rows(scheme);
   const EndRows filter_end = make_filter_end_rows(scheme);
   const double inner_alpha = flux_end.alpha[4];
+  std::vector<std::array<double, 4>> flux_rows(faces), filter_rows(faces);
   std::vector<double> flux_alpha(faces, inner_alpha);
   std::vector<double> filter_alpha(faces, scheme.filter_alpha);
   for (int j = t.face_begin; j <= t.face_end; ++j) {
@@ -120,20 +130,20 @@ LineTable make_line_table(int n, LineEnd low, LineEnd high, const LineScheme& sc
     const int r = reach < 4 ? reach : 4;
     flux_alpha[s] = flux_end.alpha[r];
     filter_alpha[s] = filter_end.alpha[r];
-    for (std::size_t m = 0; m < 3; ++m) t.flux[s * flux_row_size + m] = flux_end.weights[r][m];
-    for (std::size_t m = 0; m < 4; ++m) t.filter[s * filter_row_size + m] = filter_end.weights[r][m];
+    for (std::size_t m = 0; m < 4; ++m) {
+      flux_rows[s][m] = flux_end.weights[r][m];
+      filter_rows[s][m] = filter_end.weights[r][m];
+    }
   }
   for (int parity_class = 0; parity_class < n_classes; ++parity_class) {
-    const int flux_at = 3 + 3 * parity_class;
-    const int filter_at = 4 + 3 * parity_class;
+    const ClassRows flux{t.flux, flux_row_size, flux_weights, parity_class, flux_rows, flux_alpha};
+    const ClassRows filter{t.filter, filter_row_size, filter_weights, parity_class, filter_rows, filter_alpha};
     if (t.periodic) {
-      eliminate_periodic(t.flux, flux_row_size, flux_at, n, inner_alpha, t.flux_wrap, t.flux_wrap_last,
-                         t.flux_wrap_scale);
-      eliminate_periodic(t.filter, filter_row_size, filter_at, n, scheme.filter_alpha, t.filter_wrap,
-                         t.filter_wrap_last, t.filter_wrap_scale);
+      eliminate_periodic(flux, n, t.flux_wrap, t.flux_wrap_last, t.flux_wrap_scale);
+      eliminate_periodic(filter, n, t.filter_wrap, t.filter_wrap_last, t.filter_wrap_scale);
     } else {
-      eliminate(t.flux, flux_row_size, flux_at, t, parity_class, low, high, flux_alpha, false);
-      eliminate(t.filter, filter_row_size, filter_at, t, parity_class, low, high, filter_alpha, true);
+      eliminate(flux, t, low, high, false);
+      eliminate(filter, t, low, high, true);
     }
   }
   if (t.periodic) t.face_end = n - 1;
@@ -158,7 +168,7 @@ EndRows make_filter_end_rows(const LineScheme& scheme) {
   EndRows e;
   for (int reach = 1; reach <= 4; ++reach) {
     e.alpha[reach] = scheme.filter_alpha;
-    const std::array<double, 4> k = filter_weights(reach, scheme.filter_alpha);
+    const std::array<double, 4> k = weights_of_filter(reach, scheme.filter_alpha);
     for (std::size_t m = 0; m < 4; ++m) e.weights[reach][m] = k[m];
   }
   // No filter flux on the outermost face of the ghosts: a second-order one is proportional to the

@@ -11,11 +11,16 @@ namespace ocublast::flow {
 /// it there at second order.
 enum class LineEnd { mirrored_slip, held_wall, ghosted, periodic };
 
-// Rows of one face in the tables: right-side weights, then per parity class pivot m, lower factor g
-// and upper factor c: F(j) = m rhs - g F(j-1), then F(j) -= c F(j+1).
+// Rows of one face in the tables, per parity class: right-side weights (three of a flux, four of the
+// filter) and lower factor g, all divided by the pivot, upper factor c, and the inverse pivot itself:
+// F(j) = weights . differences - g F(j-1), then F(j) -= c F(j+1).
 inline constexpr int n_classes = 3;           ///< 0 mass and energy, 1 normal momentum, 2 tangential
-inline constexpr int flux_row_size = 12;      ///< a, b, c, 3 x (m, g, c)
-inline constexpr int filter_row_size = 13;    ///< k1, k2, k3, k4, 3 x (m, g, c)
+inline constexpr int flux_weights = 3;
+inline constexpr int filter_weights = 4;
+inline constexpr int flux_class_size = flux_weights + 3;
+inline constexpr int filter_class_size = filter_weights + 3;
+inline constexpr int flux_row_size = n_classes * flux_class_size;
+inline constexpr int filter_row_size = n_classes * filter_class_size;
 inline constexpr int table_offset = 4;        ///< entry of face or node 0
 
 /// Row of the end face of a mirrored line, by the class of the flux.

@@ -189,7 +189,7 @@ void sweep_segment_batch_muscl(const Context& ctx, double* scratch, const Segmen
   load_metric(ctx, D, s, t, mem);
   const Lanes lanes = segment_lanes<D>(ctx, s, t);
   constexpr Index step = node_record * tile_width;
-  const auto face_at = [&](int m) { return mem.buf + static_cast<Index>(m) * face_record * tile_width; };
+  const auto face_at = [&](int m) { return mem.buf + static_cast<Index>(m) * largest_face_record * tile_width; };
   for (int m = 0; m <= t.longest; ++m) {
     const unsigned first_order = lanes.active != 0 ? marked_faces_of(lanes, m) : 0u;
     const FaceFlux f = muscl_face<D>(ctx, mem.nodes + m * step, tile_width, step, first_order);

@@ -55,26 +55,28 @@ LineTable make_radial_table(const LineTable& plain, int power, bool from_axis) {
   LineTable t = plain;
   if (power != 1 || !from_axis) return t;
   // Faces 0 .. explicit_axis_faces are given; the rest is eliminated anew from there. Off-diagonals
-  // are recovered from the plain rows: lower = g / m, upper = c / m.
-  for (int parity = 0; parity < n_classes; ++parity) {
-    const std::size_t k = 3 + 3 * static_cast<std::size_t>(parity);
+  // are recovered from the plain rows.
+  constexpr std::size_t lower_at = flux_weights, upper_at = flux_weights + 1, pivot_at = flux_weights + 2;
+  for (std::size_t parity = 0; parity < n_classes; ++parity) {
     double c_before = 0.0;
     for (int j = 0; j <= t.face_end; ++j) {
-      double* row = &t.flux[static_cast<std::size_t>(j + table_offset) * flux_row_size];
-      const double* old = &plain.flux[static_cast<std::size_t>(j + table_offset) * flux_row_size];
-      if (j <= explicit_axis_faces) {
-        row[k] = j == 0 ? 0.0 : 1.0;
-        row[k + 1] = row[k + 2] = 0.0;
-      } else if (old[k] == 0.0) {
-        row[k] = row[k + 1] = row[k + 2] = 0.0;
-      } else {
-        const double lower = old[k + 1] / old[k], upper = old[k + 2] / old[k];
-        const double pivot = 1.0 / (1.0 - lower * c_before);
-        row[k] = pivot;
-        row[k + 1] = lower * pivot;
-        row[k + 2] = upper * pivot;
+      const std::size_t at = static_cast<std::size_t>(j + table_offset) * flux_row_size + parity * flux_class_size;
+      double* row = &t.flux[at];
+      const double* old = &plain.flux[at];
+      double lower = 0.0, upper = 0.0, pivot = j == 0 ? 0.0 : 1.0, scale = 0.0;
+      if (old[pivot_at] == 0.0) {
+        pivot = 0.0;
+      } else if (j > explicit_axis_faces) {
+        lower = old[lower_at] / old[pivot_at];
+        upper = old[upper_at] / old[pivot_at];
+        pivot = 1.0 / (1.0 - lower * c_before);
+        scale = pivot / old[pivot_at];
       }
-      c_before = row[k + 2];
+      for (std::size_t m = 0; m < flux_weights; ++m) row[m] = scale * old[m];
+      row[lower_at] = lower * pivot;
+      row[upper_at] = upper * pivot;
+      row[pivot_at] = pivot;
+      c_before = row[upper_at];
     }
   }
   return t;

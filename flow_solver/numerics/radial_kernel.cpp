@@ -14,7 +14,7 @@ constexpr int flux_slot[6] = {0, 1, 2, 3, 7, 8};
 constexpr int face_heat = 5, face_pressure = 6;
 
 OCU_INLINE double* node_at(double* nodes, int i) { return nodes + static_cast<Index>(i) * node_record * tile_width; }
-OCU_INLINE double* face_at(double* buf, int j) { return buf + static_cast<Index>(j) * face_record * tile_width; }
+OCU_INLINE double* face_at(double* buf, int j) { return buf + static_cast<Index>(j) * largest_face_record * tile_width; }
 
 /// Parity class of flux q; the pressure (5) is even as the normal momentum.
 OCU_INLINE constexpr int radial_class(int q) { return q == 5 ? 1 : (q == 0 || q == 4 ? 0 : (q == 1 ? 1 : 2)); }
@@ -54,15 +54,14 @@ void eliminate_radial(const Context& ctx, double* nodes, double* buf) {
     double* out = face_at(buf, j);
     for (int q = 0; q < 6; ++q) {
       const auto f = [&](int i) OCU_FORCE { return load(node_at(nodes, clamped(i)) + flux_slot[q] * tile_width); };
-      const double* rows = q == 5 ? row : weighted_row;
-      const int k = 3 + 3 * radial_class(q);
-      Vec rhs = splat(row[0]) * (f(j - 1) + f(j)) + splat(row[1]) * (f(j - 2) + f(j + 1));
-      if (ctx.eighth_order) rhs = rhs + splat(row[2]) * (f(j - 3) + f(j + 2));
+      const double* rows = (q == 5 ? row : weighted_row) + flux_class_size * radial_class(q);
+      Vec rhs = splat(rows[0]) * (f(j - 1) + f(j)) + splat(rows[1]) * (f(j - 2) + f(j + 1));
+      if (ctx.eighth_order) rhs = rhs + splat(rows[2]) * (f(j - 3) + f(j + 2));
       if (explicit_face && q < 5) {
-        rhs = splat(0.5 * radial.face_area[j]) * (f(j - 1) * splat(1.0 / radial.node_weight[j - 1]) +
+        rhs = splat(0.5 * radial.face_area[j] * rows[flux_weights + 2]) * (f(j - 1) * splat(1.0 / radial.node_weight[j - 1]) +
                                                   f(j) * splat(1.0 / radial.node_weight[j]));
       }
-      before[q] = splat(rows[k]) * rhs - splat(rows[k + 1]) * before[q];
+      before[q] = rhs - splat(rows[flux_weights]) * before[q];
       store(out + (q == 5 ? face_pressure : q) * tile_width, before[q]);
     }
   }
@@ -75,7 +74,7 @@ void substitute_radial(const Context& ctx, double* buf) {
       const double* rows = (q == 5 ? line.flux : ctx.radial.flux) + static_cast<Index>(j) * flux_row_size;
       const int slot = (q == 5 ? face_pressure : q) * tile_width;
       store(face_at(buf, j) + slot, load(face_at(buf, j) + slot) -
-                                        splat(rows[5 + 3 * radial_class(q)]) * load(face_at(buf, j + 1) + slot));
+                                        splat(rows[flux_class_size * radial_class(q) + flux_weights + 1]) * load(face_at(buf, j + 1) + slot));
     }
   }
 }
@@ -138,8 +137,8 @@ void cone_momentum(const Context& ctx, const Lanes& lanes, const double* buf, in
     double q[5];
     for (int f = 0; f < 5; ++f) q[f] = lanes.q[l][f * lanes.qf + i * lanes.ql];
     const double p = point_from_conserved(ctx, q).p;
-    const double* low = buf + static_cast<Index>(i) * face_record * tile_width + l;
-    const double* high = low + face_record * tile_width;
+    const double* low = buf + static_cast<Index>(i) * largest_face_record * tile_width + l;
+    const double* high = low + largest_face_record * tile_width;
     value[l] = (high[tile_width] - low[tile_width] + a_r * (high[face_pressure * tile_width] - p) -
                 a_l * (low[face_pressure * tile_width] - p)) *
                ctx.radial.inverse_volume[i];
@@ -157,7 +156,7 @@ void sweep_group(const Context& ctx, double* scratch, int k, int group) {
   for (int l = 0; l < tile_width; ++l) {
     const int j = j0 + l < ctx.n[1] ? j0 + l : ctx.n[1] - 1;
     w_row[l] = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
-    r_row[l] = ctx.R.data + j * ctx.R.sj + k * ctx.R.sk;
+    r_row[l] = ctx.X.data + j * ctx.X.sj + k * ctx.X.sk;
   }
   load_nodes(ctx, w_row, none, mem.nodes);
   nodal_fluxes(ctx, mem.nodes);
@@ -180,7 +179,7 @@ void sweep_group(const Context& ctx, double* scratch, int k, int group) {
       Vec r[tile_width];
       for (int a = 0; a < tile_width; ++a) r[a] = div[a][f];
       transpose(r);
-      for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) store(r_row[l] + f * ctx.R.sf + i0, r[l]);
+      for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) store(r_row[l] + f * ctx.X.sf + i0, r[l]);
     }
   }
 }

@@ -22,6 +22,11 @@ using Vec = __m512d;
 OCU_INLINE Vec splat(double s) { return _mm512_set1_pd(s); }
 OCU_INLINE Vec load(const double* p) { return _mm512_loadu_pd(p); }
 OCU_INLINE void store(double* p, Vec v) { _mm512_storeu_pd(p, v); }
+/// Past the caches, for results that are not read soon; p must be aligned to 64 bytes.
+OCU_INLINE void store_past_caches(double* p, Vec v) { _mm512_stream_pd(p, v); }
+/// a b + c and c - a b with one rounding, where the machine has it.
+OCU_INLINE Vec madd(Vec a, Vec b, Vec c) { return _mm512_fmadd_pd(a, b, c); }
+OCU_INLINE Vec nmadd(Vec a, Vec b, Vec c) { return _mm512_fnmadd_pd(a, b, c); }
 OCU_INLINE Vec vmax(Vec a, Vec b) { return _mm512_max_pd(a, b); }
 OCU_INLINE Vec vmin(Vec a, Vec b) { return _mm512_min_pd(a, b); }
 OCU_INLINE Vec vsqrt(Vec a) { return _mm512_sqrt_pd(a); }
@@ -88,6 +93,8 @@ inline constexpr int native_lanes = 4;
 OCU_INLINE Native native_splat(double s) { return _mm256_set1_pd(s); }
 OCU_INLINE Native native_load(const double* p) { return _mm256_loadu_pd(p); }
 OCU_INLINE void native_store(double* p, Native v) { _mm256_storeu_pd(p, v); }
+OCU_INLINE Native native_madd(Native a, Native b, Native c) { return _mm256_fmadd_pd(a, b, c); }
+OCU_INLINE Native native_nmadd(Native a, Native b, Native c) { return _mm256_fnmadd_pd(a, b, c); }
 OCU_INLINE Native native_max(Native a, Native b) { return _mm256_max_pd(a, b); }
 OCU_INLINE Native native_min(Native a, Native b) { return _mm256_min_pd(a, b); }
 OCU_INLINE Native native_sqrt(Native a) { return _mm256_sqrt_pd(a); }
@@ -109,10 +116,16 @@ OCU_INLINE void store(double* p, Vec v) {
   native_store(p, v.lo);
   native_store(p + 4, v.hi);
 }
+OCU_INLINE void store_past_caches(double* p, Vec v) {
+  _mm256_stream_pd(p, v.lo);
+  _mm256_stream_pd(p + 4, v.hi);
+}
 #else
 using Native = __m128d;
 using Vec = Pair<Pair<Native>>;
 inline constexpr int native_lanes = 2;
+OCU_INLINE Native native_madd(Native a, Native b, Native c) { return a * b + c; }
+OCU_INLINE Native native_nmadd(Native a, Native b, Native c) { return c - a * b; }
 OCU_INLINE Native native_max(Native a, Native b) { return _mm_max_pd(a, b); }
 OCU_INLINE Native native_min(Native a, Native b) { return _mm_min_pd(a, b); }
 OCU_INLINE Native native_sqrt(Native a) { return _mm_sqrt_pd(a); }
@@ -139,9 +152,17 @@ OCU_INLINE void store(double* p, Vec v) {
   _mm_storeu_pd(p + 4, v.hi.lo);
   _mm_storeu_pd(p + 6, v.hi.hi);
 }
+OCU_INLINE void store_past_caches(double* p, Vec v) {
+  _mm_stream_pd(p, v.lo.lo);
+  _mm_stream_pd(p + 2, v.lo.hi);
+  _mm_stream_pd(p + 4, v.hi.lo);
+  _mm_stream_pd(p + 6, v.hi.hi);
+}
 #endif
 
 // Recursion over halves ends at the machine's register.
+OCU_INLINE Native madd(Native a, Native b, Native c) { return native_madd(a, b, c); }
+OCU_INLINE Native nmadd(Native a, Native b, Native c) { return native_nmadd(a, b, c); }
 OCU_INLINE Native vmax(Native a, Native b) { return native_max(a, b); }
 OCU_INLINE Native vmin(Native a, Native b) { return native_min(a, b); }
 OCU_INLINE Native vsqrt(Native a) { return native_sqrt(a); }
@@ -152,6 +173,10 @@ template <class T>
 inline constexpr int lanes_of = native_lanes;
 template <class H>
 inline constexpr int lanes_of<Pair<H>> = 2 * lanes_of<H>;
+template <class H>
+OCU_INLINE Pair<H> madd(Pair<H> a, Pair<H> b, Pair<H> c) { return {madd(a.lo, b.lo, c.lo), madd(a.hi, b.hi, c.hi)}; }
+template <class H>
+OCU_INLINE Pair<H> nmadd(Pair<H> a, Pair<H> b, Pair<H> c) { return {nmadd(a.lo, b.lo, c.lo), nmadd(a.hi, b.hi, c.hi)}; }
 template <class H>
 OCU_INLINE Pair<H> vmax(Pair<H> a, Pair<H> b) { return {vmax(a.lo, b.lo), vmax(a.hi, b.hi)}; }
 template <class H>

@@ -1,6 +1,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -107,14 +109,36 @@ TEST(Threads, GiveTheSameBits) {
   EXPECT_EQ(blast(1, "", 21, 300.0, 12), blast(3, "", 21, 300.0, 12));
 }
 
-TEST(InstructionSets, GiveTheSameBits) {
-  const auto reference = blast(1, "", 21, 300.0, 12);
+/// Results of the sets that are compiled and present here.
+std::map<std::string, std::vector<double>> blast_by_instruction_set() {
+  std::map<std::string, std::vector<double>> out;
   for (const char* isa : {"baseline", "avx2", "avx512"}) {
     try {
-      EXPECT_EQ(reference, blast(1, isa, 21, 300.0, 12)) << isa;
+      out[isa] = blast(1, isa, 21, 300.0, 12);
     } catch (const CaseError& error) {
       std::printf("%s\n", error.what());
     }
+  }
+  return out;
+}
+
+TEST(InstructionSets, GiveTheSameBitsWithFusedMultiplyAdd) {
+  const auto results = blast_by_instruction_set();
+  if (results.contains("avx2") && results.contains("avx512")) {
+    EXPECT_EQ(results.at("avx2"), results.at("avx512"));
+  }
+  // The baseline rounds the product as well: 2^-53 of each term of a sum, twelve steps of some hundred
+  // sums, and the elimination and the filter amplify no rounding; a hundred times that for the switch of
+  // the sensor and the tests of the marks, which make small differences larger.
+  if (results.contains("baseline")) {
+    const auto& other = results.rbegin()->second;
+    const auto& base = results.at("baseline");
+    double largest = 0.0;
+    for (std::size_t i = 0; i < base.size(); ++i) {
+      largest = std::max(largest, std::abs(base[i] - other[i]) / std::max(1.0, std::abs(other[i])));
+    }
+    std::printf("baseline against %s: %.1e\n", results.rbegin()->first.c_str(), largest);
+    EXPECT_LT(largest, 1e-11);
   }
 }
 

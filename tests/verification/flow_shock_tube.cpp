@@ -28,8 +28,15 @@ Tube sod(int n, int axis, double cfl) {
   FlowOptions o = unit_options();
   o.cfl = cfl;
   Boundaries faces = all_faces(BoundaryKind::symmetry);
-  Flow flow(uniform_grid(cells, {-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}), faces, o);
+  // Across, cells four times as wide: much wider ones let the round-off across the tube grow, as the
+  // artificial bulk viscosity weighs differences by the square of the spacing.
+  std::array<double, 3> low{-0.5, -0.5, -0.5}, high{0.5, 0.5, 0.5};
   const double h = 1.0 / n;
+  if (axis != 0) {
+    low[0] = -16.0 * h;
+    high[0] = 16.0 * h;
+  }
+  Flow flow(uniform_grid(cells, low, high), faces, o);
   flow.set_state([&](double x, double y, double z) {
     const double s = axis == 0 ? x : (axis == 1 ? y : z);
     return State{.rho = blend(1.0, 0.125, s, h), .p = blend(1.0, 0.1, s, h)};
@@ -65,7 +72,7 @@ TEST(SodTube, IsTheSameAlongEveryDirection) {
   for (int axis : {1, 2}) {
     const double other = sod(100, axis, 0.5).error;
     std::printf("sod along %c: L1 %.15e (x: %.15e)\n", "xyz"[axis], other, x);
-    // The sum over directions shortens the step: (h + c)/h_x adds 8 % of it.
+    // The sum over directions shortens the step, by c/(4 h) of (|u| + c)/h: about a fifth.
     EXPECT_NEAR(other, x, 0.1 * x);
   }
 }
