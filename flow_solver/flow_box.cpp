@@ -107,6 +107,22 @@ void Flow::Core::refresh_box() {
   box.row_groups = (box.n[1] + tile_width - 1) / tile_width;
 }
 
+bool Flow::Core::face_disturbs(std::size_t face) const {
+  const Boundary& b = boundaries[face];
+  const State &s = b.state, &q = options.quiescent;
+  const bool quiet = s.rho == q.rho && s.p == q.p && s.u == q.u && s.v == q.v && s.w == q.w;
+  switch (b.kind) {
+    case BoundaryKind::outflow:
+    case BoundaryKind::fixed_state:
+    case BoundaryKind::subsonic_inflow:
+    case BoundaryKind::reservoir: return b.incoming != nullptr || !quiet;
+    case BoundaryKind::wall: return b.wall.temperature > 0.0 || b.wall.velocity != std::array<double, 3>{};
+    case BoundaryKind::symmetry:
+    case BoundaryKind::periodic: break;
+  }
+  return false;
+}
+
 bool Flow::Core::disturbed(int i, int j, int k) const {
   const State& q = options.quiescent;
   const double* w = ctx.W.data + i + j * ctx.W.sj + k * ctx.W.sk;
@@ -141,6 +157,18 @@ void Flow::Core::find_box() {
   // Without any disturbance the smallest box that the lines allow.
   for (std::size_t a = 0; a < 3; ++a) {
     if (last[a] < 0) first[a] = last[a] = n[a] / 2;
+    if (!grid.axis[a].present) continue;
+    if (face_disturbs(2 * a)) first[a] = 0;
+    if (face_disturbs(2 * a + 1)) last[a] = n[a] - 1;
+  }
+  // Such a face needs the box over its whole area.
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!grid.axis[a].present || (!face_disturbs(2 * a) && !face_disturbs(2 * a + 1))) continue;
+    for (std::size_t across = 0; across < 3; ++across) {
+      if (across == a) continue;
+      first[across] = 0;
+      last[across] = n[across] - 1;
+    }
   }
   std::array<int, 3> a_lo{}, a_hi{};
   for (std::size_t a = 0; a < 3; ++a) {

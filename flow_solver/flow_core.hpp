@@ -56,6 +56,8 @@ struct Flow::Core {
   /// Widens the box where a disturbance has come within the margin of its faces.
   void grow_box();
   [[nodiscard]] bool disturbed(int i, int j, int k) const;
+  /// Whether gas, heat or shear other than the quiescent state's comes through a face of the domain.
+  [[nodiscard]] bool face_disturbs(std::size_t face) const;
   [[nodiscard]] bool layer_disturbed(int axis, int at) const;
   PassClock clock;
   FieldMemory W, R, Q, A, G;
@@ -68,6 +70,7 @@ struct Flow::Core {
 
   std::vector<std::uint8_t> fluid, mark, failed;
   std::array<std::vector<std::uint8_t>, 3> cut, line_marked;
+  std::vector<std::uint8_t> kept_mark;  ///< marks at the start of the step
   std::vector<double> mark_copy;  ///< marks as numbers, for checkpoints
   std::vector<double> box_copy;   ///< lo and hi as numbers, for checkpoints
   std::vector<PlaneMaxima> maxima;

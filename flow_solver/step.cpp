@@ -333,6 +333,17 @@ bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report
   return true;
 }
 
+void Flow::roll_back(double t) {
+  Core& c = *core_;
+  c.restore();
+  c.mark = c.kept_mark;
+  std::fill(c.failed.begin(), c.failed.end(), std::uint8_t{0});
+  c.ctx.any_mark = true;
+  c.set_line_marks();
+  c.now = t;
+  c.prepared = false;
+}
+
 StepReport Flow::advance(double t, double dt) {
   Core& c = *core_;
   c.set_time(t);
@@ -343,6 +354,7 @@ StepReport Flow::advance(double t, double dt) {
   report.largest_pressure = c.p_max;
   report.smallest_pressure = c.p_min;
   Lap lap(c.clock);
+  c.kept_mark = c.mark;
   c.age_marks();
   if (c.muscl == nullptr) c.premark(report);  // limited slopes need no warning
   else if (c.ctx.any_mark) c.set_line_marks();

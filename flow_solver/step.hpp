@@ -147,6 +147,10 @@ class Flow {
   /// is brought to t + dt at the end.
   StepReport advance(double t, double dt);
 
+  /// After `advance` has thrown NumericsError: brings back the state at the start of that step, at time
+  /// t [s], with the marks it had.
+  void roll_back(double t);
+
   void fill_domain_ghosts();
   [[nodiscard]] Totals totals() const;
   /// Processor seconds by pass (pass_clock.hpp) of the first thread since the start; all zero without

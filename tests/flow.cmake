@@ -18,3 +18,5 @@ target_link_libraries(flow_speed PRIVATE ocublast_flow_core ocublast_warnings)
 ocublast_test(NAME test_flow_case LABEL unit SOURCES unit/flow_case.cpp LIBRARIES ocublast_flow)
 ocublast_test(NAME test_flow_probes LABEL unit SOURCES unit/flow_probes.cpp LIBRARIES ocublast_flow)
 ocublast_test(NAME test_flow_burst LABEL unit SOURCES unit/flow_burst.cpp LIBRARIES ocublast_flow_sources)
+ocublast_test(NAME test_flow_case_runs LABEL verification SOURCES verification/flow_case_runs.cpp
+              LIBRARIES ocublast_flow TIMEOUT 120)

@@ -17,6 +17,8 @@ constexpr int face_solve_margin = 40;
 constexpr int samples_per_cell = 64;
 // Below 8 nodes a line is shorter than the filter's stencil.
 constexpr int fewest_nodes = 8;
+// A map whose spacing doubles from cell to cell has no smooth metric for sixth-order differences.
+constexpr double most_growth = 2.0;
 
 /// Spacing wanted at x: that of the zone, growing linearly with the distance from it. Linear in x
 /// is geometric from cell to cell.
@@ -28,6 +30,7 @@ double wanted_spacing(const AxisSpec& spec, double x) {
 
 /// Nodes inside [min, max]: x(i + 1/2) of the map whose slope follows the wanted spacing.
 std::vector<double> inner_nodes(const AxisSpec& spec) {
+  if (!spec.nodes.empty()) return spec.nodes;
   const double length = spec.max - spec.min;
   const double finest = spec.refined ? std::min(spec.spacing, spec.zone_spacing) : spec.spacing;
   if (!spec.refined) {
@@ -101,12 +104,43 @@ double extended_node(std::span<const double> nodes, double min, double max, int 
 
 }  // namespace
 
+std::string fault_of_nodes(double min, double max, std::span<const double> nodes) {
+  const std::size_t n = nodes.size();
+  if (n < static_cast<std::size_t>(fewest_nodes)) {
+    return fmt::format("holds {} cell centres, accepted at least {}", n, fewest_nodes);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(nodes[i] > min && nodes[i] < max)) {
+      return fmt::format("cell centre {} is {} m, accepted ({}, {}) m", i + 1, nodes[i], min, max);
+    }
+    if (i > 0 && !(nodes[i] > nodes[i - 1])) {
+      return fmt::format("cell centre {} is {} m and follows {} m: they must rise", i + 1, nodes[i], nodes[i - 1]);
+    }
+  }
+  // Distances between centres, twice the distance to an end face.
+  double before = 2.0 * (nodes[0] - min);
+  for (std::size_t i = 1; i <= n; ++i) {
+    const double here = i < n ? nodes[i] - nodes[i - 1] : 2.0 * (max - nodes[n - 1]);
+    if (here > most_growth * before || before > most_growth * here) {
+      return fmt::format("the spacing changes from {:.6g} m to {:.6g} m at cell {}, accepted a factor of {} at most",
+                         before, here, i, most_growth);
+    }
+    before = here;
+  }
+  return {};
+}
+
 Axis make_axis_from_nodes(double min, double max, std::span<const double> nodes, bool periodic) {
   const int n = static_cast<int>(nodes.size());
   if (n < fewest_nodes) {
     throw CaseError(fmt::format("grid: {} cells between {} m and {} m, accepted at least {} in a "
                                 "present direction; refine, or leave the direction out",
                                 n, min, max, fewest_nodes));
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (!(nodes[i] > min && nodes[i] < max) || (i > 0 && !(nodes[i] > nodes[i - 1]))) {
+      throw CaseError("grid: " + fault_of_nodes(min, max, nodes));
+    }
   }
   // Faces -margin .. n + margin; the outermost two rows are closed at second order, far away.
   const int m = face_solve_margin;

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "flow_solver/grid/grid.hpp"
 
@@ -25,6 +27,7 @@ struct AxisSpec {
   double zone_max = 0.0;    ///< m
   double zone_spacing = 0;  ///< m, spacing inside the zone
   double growth = 1.05;     ///< ratio of neighbouring cells outside the zone, until `spacing`
+  std::vector<double> nodes;  ///< m, cell centres inside [min, max]; given, they replace the spacing
   StretchLayer low;
   StretchLayer high;
   bool periodic = false;    ///< ghost nodes repeat the other end; excludes layers
@@ -39,6 +42,9 @@ struct AxisSpec {
 /// Direction through given cell centres (ascending) between two end faces.
 [[nodiscard]] Axis make_axis_from_nodes(double min, double max, std::span<const double> nodes,
                                         bool periodic);
+/// What is wrong with cell centres between two end faces, empty for nothing: they must rise, lie
+/// inside, be at least eight, and neighbouring cells must differ by a factor of at most two.
+[[nodiscard]] std::string fault_of_nodes(double min, double max, std::span<const double> nodes);
 /// A direction that does not exist: one cell of unit size.
 [[nodiscard]] Axis make_absent_axis();
 

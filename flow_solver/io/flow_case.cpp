@@ -5,12 +5,10 @@
 
 #include <fmt/format.h>
 
+#include "flow_solver/io/boundary_case.hpp"
+
 namespace ocublast::flow {
 namespace {
-
-constexpr RealKey positive(std::string_view unit, std::string_view help, bool required = false) {
-  return {.unit = unit, .min = 0.0, .above_min = true, .required = required, .help = help};
-}
 
 void read_gas(Section& flow, FlowOptions& options) {
   auto gas = flow.table("gas", "equation of state and transport");
@@ -18,7 +16,7 @@ void read_gas(Section& flow, FlowOptions& options) {
            {.unit = "1", .min = 1.0, .max = 3.0, .above_min = true, .required = true,
             .help = "cp/cv; air 1.4"});
   gas.real("gas_constant_J_per_kgK", options.gas.gas_constant,
-           positive("J/(kg K)", "specific gas constant; air 287.05", true));
+           positive_key("J/(kg K)", "specific gas constant; air 287.05", true));
   static constexpr std::pair<std::string_view, Viscosity> words[] = {
       {"none", Viscosity::none},
       {"constant", Viscosity::constant},
@@ -26,12 +24,12 @@ void read_gas(Section& flow, FlowOptions& options) {
   gas.choice("viscosity", options.viscosity, words,
              {.required = true, .help = "none: inviscid, costs nothing"});
   gas.real("dynamic_viscosity_Pa_s", options.dynamic_viscosity,
-           positive("Pa s", "constant, or Sutherland's at its reference temperature"));
+           positive_key("Pa s", "constant, or Sutherland's at its reference temperature"));
   gas.real("sutherland_reference_K", options.sutherland_reference,
-           positive("K", "reference temperature of Sutherland's law"));
+           positive_key("K", "reference temperature of Sutherland's law"));
   gas.real("sutherland_temperature_K", options.sutherland_temperature,
-           positive("K", "Sutherland's temperature"));
-  gas.real("prandtl", options.prandtl, positive("1", "Prandtl number"));
+           positive_key("K", "Sutherland's temperature"));
+  gas.real("prandtl", options.prandtl, positive_key("1", "Prandtl number"));
 }
 
 void read_stretch(Section& axis, std::string_view name, StretchLayer& layer) {
@@ -40,18 +38,27 @@ void read_stretch(Section& axis, std::string_view name, StretchLayer& layer) {
   table.real("ratio", layer.ratio, {.unit = "1", .min = 1.0, .max = 1.3, .help = "growth per cell"});
 }
 
+void check_nodes(Section& axis, const AxisSpec& spec) {
+  if (const std::string fault = fault_of_nodes(spec.min, spec.max, spec.nodes); !fault.empty())
+    axis.fault("nodes_m", fault);
+  if (spec.refined) axis.fault("zone_spacing_m", "nodes_m give the cells already: leave the fine zone out");
+}
+
 void read_axis(Section& grid, std::string_view name, AxisSpec& spec) {
   auto axis = grid.table(name, "one direction; leave it out for an absent direction");
   spec.present = axis.present();
   if (!spec.present) return;
   axis.real("min_m", spec.min, {.unit = "m", .required = true, .help = "first face"});
   axis.real("max_m", spec.max, {.unit = "m", .required = true, .help = "last face"});
-  axis.real("spacing_m", spec.spacing, positive("m", "largest cell inside [min_m, max_m]", true));
+  axis.reals("nodes_m", spec.nodes,
+             {.unit = "m", .help = "cell centres in rising order, instead of spacing_m and a fine zone"});
+  axis.real("spacing_m", spec.spacing,
+            positive_key("m", "largest cell inside [min_m, max_m]", spec.nodes.empty()));
   spec.refined = axis.has("zone_spacing_m");
   if (spec.refined) {
     axis.real("zone_min_m", spec.zone_min, {.unit = "m", .required = true, .help = "start of the fine zone"});
     axis.real("zone_max_m", spec.zone_max, {.unit = "m", .required = true, .help = "end of the fine zone"});
-    axis.real("zone_spacing_m", spec.zone_spacing, positive("m", "cell inside the fine zone"));
+    axis.real("zone_spacing_m", spec.zone_spacing, positive_key("m", "cell inside the fine zone"));
   }
   axis.real("growth", spec.growth,
             {.unit = "1", .min = 1.0, .max = 1.2, .above_min = true,
@@ -61,6 +68,8 @@ void read_axis(Section& grid, std::string_view name, AxisSpec& spec) {
   if (axis.listing()) return;
   if (spec.max <= spec.min)
     axis.fault("max_m", fmt::format("is {} m, accepted > min_m = {} m", spec.max, spec.min));
+  else if (!spec.nodes.empty())
+    check_nodes(axis, spec);
   else if ((spec.max - spec.min) / spec.spacing < 8.0)
     axis.fault("spacing_m", fmt::format("is {} m: fewer than 8 cells in {} m; take a smaller one, or "
                                         "leave the direction out", spec.spacing, spec.max - spec.min));
@@ -90,72 +99,20 @@ void check_geometry(Section& grid, const FlowCase& result) {
     grid.fault("geometry", "only Cartesian grids carry viscous gas; take flow.gas.viscosity = \"none\"");
 }
 
-GasState read_state(Section state, const CaseCommon& common) {
-  GasState gas{.pressure = common.ambient_pressure, .temperature = common.ambient_temperature,
-               .velocity = {}};
-  state.real("pressure_Pa", gas.pressure, positive("Pa", "absolute pressure"));
-  state.real("temperature_K", gas.temperature, positive("K", "temperature"));
-  state.real3("velocity_m_s", gas.velocity, {.unit = "m/s", .help = "velocity"});
-  return gas;
-}
-
-State to_state(const GasState& gas, const Gas& law) {
-  return {.rho = density(law, gas.pressure, gas.temperature), .u = gas.velocity[0],
-          .v = gas.velocity[1], .w = gas.velocity[2], .p = gas.pressure};
-}
-
-void read_boundaries(Section& flow, FlowCase& result) {
-  static constexpr std::pair<std::string_view, BoundaryKind> words[] = {
-      {"symmetry", BoundaryKind::symmetry}, {"slip_wall", BoundaryKind::symmetry},
-      {"no_slip_wall", BoundaryKind::wall}, {"outflow", BoundaryKind::outflow},
-      {"fixed_state", BoundaryKind::fixed_state}, {"periodic", BoundaryKind::periodic}};
-  static constexpr std::array<std::string_view, 6> faces = {"x_min", "x_max", "y_min",
-                                                            "y_max", "z_min", "z_max"};
-  auto table = flow.table("boundary", "the six faces of the domain");
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    auto& boundary = result.boundaries[f];
-    const bool present = table.listing() || result.axes[f / 2].present;
-    if (!present) {
-      if (table.has(faces[f])) table.fault(faces[f], "this direction is absent from flow.grid");
-      continue;
-    }
-    table.choice(faces[f], boundary.kind, words,
-                 {.required = true, .help = "what lies beyond this face"});
-    boundary.state = to_state(read_state(table.table(fmt::format("{}_state", faces[f]),
-                                                     "gas beyond the face; ambient at rest if left out"),
-                                         result.common),
-                              result.options.gas);
-    if (boundary.kind == BoundaryKind::wall && result.options.viscosity == Viscosity::none &&
-        !table.listing())
-      table.fault(faces[f], "a no_slip_wall needs flow.gas.viscosity; take slip_wall for an inviscid gas");
-  }
-  if (table.listing()) return;
-  if (result.geometry != Geometry::cartesian && result.axes[0].present &&
-      (result.axes[0].min == 0.0) != (result.boundaries[0].kind == BoundaryKind::symmetry && result.axes[0].min == 0.0))
-    table.fault("x_min", "x is a radius that starts at 0: x_min must be symmetry");
-  for (std::size_t a = 0; a < 3; ++a) {
-    const bool low = result.boundaries[2 * a].kind == BoundaryKind::periodic;
-    const bool high = result.boundaries[2 * a + 1].kind == BoundaryKind::periodic;
-    if (result.axes[a].present && low != high)
-      table.fault(faces[2 * a], "periodic needs the opposite face to be periodic as well");
-    result.axes[a].periodic = low && high;
-  }
-}
-
 void read_initial(Section& flow, FlowCase& result) {
   auto table = flow.table("initial", "gas at the start; bursts are added to it");
   static constexpr std::pair<std::string_view, InitialKind> words[] = {
       {"uniform", InitialKind::uniform}, {"riemann", InitialKind::riemann}};
   table.choice("kind", result.initial.kind, words, {.help = "uniform: ambient unless said"});
   if (result.initial.kind == InitialKind::uniform || table.listing())
-    result.initial.left = read_state(table.table("state", "uniform: the gas"), result.common);
+    result.initial.left = read_gas_state(table.table("state", "uniform: the gas"), result.common);
   if (result.initial.kind == InitialKind::riemann || table.listing()) {
     static constexpr std::pair<std::string_view, int> axes[] = {{"x", 0}, {"y", 1}, {"z", 2}};
     table.choice("axis", result.initial.axis, axes, {.help = "direction of the interface"});
     table.real("position_m", result.initial.position,
                {.unit = "m", .required = !table.listing(), .help = "place of the interface"});
-    result.initial.left = read_state(table.table("left", "gas below the interface"), result.common);
-    result.initial.right = read_state(table.table("right", "gas above the interface"), result.common);
+    result.initial.left = read_gas_state(table.table("left", "gas below the interface"), result.common);
+    result.initial.right = read_gas_state(table.table("right", "gas above the interface"), result.common);
   }
 }
 
@@ -164,11 +121,11 @@ void read_bursts(Section& flow, FlowCase& result) {
     BurstCase burst{.name = fmt::format("burst{}", index)};
     table.text("name", burst.name, {.help = "name in reports"});
     table.real3("center_m", burst.center, {.unit = "m", .required = true, .help = "centre"});
-    table.real("radius_m", burst.radius, positive("m", "radius", true));
+    table.real("radius_m", burst.radius, positive_key("m", "radius", true));
     table.real("energy_J", burst.energy, {.unit = "J", .min = 0.0, .help = "energy above ambient"});
     table.real("pressure_Pa", burst.pressure, {.unit = "Pa", .min = 0.0, .help = "pressure, instead of energy"});
     table.real("temperature_K", burst.temperature,
-               positive("K", "temperature of the ball; with it the mass in it", true));
+               positive_key("K", "temperature of the ball; with it the mass in it", true));
     if (table.listing()) return;
     if ((burst.energy > 0.0) == (burst.pressure > 0.0))
       table.fault("energy_J", "give either energy_J or pressure_Pa, above zero");
@@ -229,7 +186,11 @@ void read_bodies(Section& flow, FlowCase& result) {
 void read_numerics(Section& flow, FlowCase& result) {
   auto table = flow.table("numerics", "scheme and its constants");
   auto& options = result.options;
-  options.active_box = result.initial.kind == InitialKind::uniform;
+  // A body that moves by its own law stirs the gas wherever it is.
+  const bool stirred = std::any_of(result.bodies.begin(), result.bodies.end(), [](const BodyCase& body) {
+    return body.motion != BodyMotion::fixed && body.motion != BodyMotion::coupled;
+  });
+  options.active_box = result.initial.kind == InitialKind::uniform && !stirred;
   options.quiescent = to_state(result.initial.left, options.gas);
   static constexpr std::pair<std::string_view, Scheme> schemes[] = {
       {"compact6", Scheme::compact6}, {"compact8", Scheme::compact8}, {"muscl", Scheme::muscl}};
@@ -248,6 +209,12 @@ void read_numerics(Section& flow, FlowCase& result) {
   table.real("filter_alpha", options.filter_alpha,
              {.unit = "1", .min = 0.3, .max = 0.495, .help = "filter parameter"});
   table.flag("artificial_diffusivity", options.artificial_diffusivity, "localised artificial diffusivity");
+  static constexpr std::pair<std::string_view, DiffusivityForm> forms[] = {
+      {"recommended", DiffusivityForm::recommended}, {"paper", DiffusivityForm::paper}};
+  table.choice("diffusivity_form", options.diffusivity_form, forms,
+               {.help = "paper: stress and heat flux with all artificial parts through the compact scheme; with it "
+                        "sensor = strain unless said"});
+  if (options.diffusivity_form == DiffusivityForm::paper) options.sensor = Sensor::strain;
   table.choice("sensor", options.sensor, sensors,
                {.help = "what switches the bulk term: dilatation in compression, or strain (the paper's)"});
   table.real("c_beta", options.C_beta, {.unit = "1", .min = 0.0, .max = 5.0, .help = "artificial bulk viscosity"});
@@ -270,6 +237,8 @@ void read_numerics(Section& flow, FlowCase& result) {
               .help = "loads below this part of ambient pressure are no load"});
   if (options.active_box && result.initial.kind != InitialKind::uniform && !table.listing())
     table.fault("skip_quiescent", "only a uniform start has gas at rest to skip");
+  if (options.active_box && stirred && !table.listing())
+    table.fault("skip_quiescent", "bodies that move by a law or a piston stir gas that would be skipped");
   table.text("instruction_set", options.instruction_set, {.help = "baseline, avx2, avx512; empty: the best"});
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,13 @@ struct RigidPath {
   double angular_frequency = 0.0;     ///< 1/s
 };
 
+/// A plane wall across the whole domain that moves along a direction and replaces a face of the
+/// domain; it moves by the law of its body.
+struct PistonCase {
+  std::size_t face = 0;   ///< x_min, x_max, y_min, ..
+  double position = 0.0;  ///< m, at t = 0
+};
+
 struct BodyCase {
   std::string name;
   std::filesystem::path surface;  ///< empty for a coupled body: the solid sends its surface
@@ -30,6 +38,7 @@ struct BodyCase {
   RigidPath path;
   WallSlip slip = WallSlip::slip;
   double wall_temperature = 0.0;  ///< K, 0: adiabatic
+  std::optional<PistonCase> piston;  ///< the body is the piston of a face of the domain
 };
 
 enum class InitialKind { uniform, riemann };

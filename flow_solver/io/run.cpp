@@ -13,6 +13,7 @@
 #include "coupler/link/checkpoint_place.hpp"
 #include "flow_solver/io/body_surface.hpp"
 #include "flow_solver/io/csv_table.hpp"
+#include "flow_solver/io/piston_body.hpp"
 
 namespace ocublast::flow {
 namespace {
@@ -35,6 +36,13 @@ void require_inside_grid(const FlowCase& flow_case, const Body& body) {
       low = std::min(low, body.surface.vertices[v]);
       high = std::max(high, body.surface.vertices[v]);
     }
+    // Cells of a layer grow, and a wall in them would be as coarse as they are.
+    const bool in_layer = (axis.low.cells > 0 && low < axis.min) || (axis.high.cells > 0 && high > axis.max);
+    if (in_layer)
+      throw CaseError(fmt::format(
+          "flow.body '{}': spans {} = [{:.6g}, {:.6g}] m and touches the stretched layer outside [{:.6g}, {:.6g}] m; "
+          "widen flow.grid.{} beyond the body, or leave the layer out on that side", body.name, "xyz"[a], low, high,
+          axis.min, axis.max, "xyz"[a]));
     const bool outside = high < axis.min || low > axis.max;
     const bool moving_across = body.moves && (low < axis.min || high > axis.max);
     if (outside || moving_across)
@@ -45,6 +53,24 @@ void require_inside_grid(const FlowCase& flow_case, const Body& body) {
   }
 }
 
+/// Throws CaseError for a charge whose centre lies in a body; tags are those of the first topology.
+void require_charges_in_gas(const FlowCase& flow_case, const Grid& grid, std::span<const std::uint8_t> tags) {
+  for (const BurstCase& burst : flow_case.bursts) {
+    std::size_t node[3] = {0, 0, 0};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const Axis& axis = grid.axis[a];
+      if (!axis.present) continue;
+      for (int i = 1; i < axis.n; ++i)
+        if (std::abs(axis.x(i) - burst.center[a]) < std::abs(axis.x(static_cast<int>(node[a])) - burst.center[a]))
+          node[a] = static_cast<std::size_t>(i);
+    }
+    const auto n0 = static_cast<std::size_t>(grid.axis[0].n), n1 = static_cast<std::size_t>(grid.axis[1].n);
+    if (tags[(node[2] * n1 + node[1]) * n0 + node[0]] == tag_fluid) continue;
+    throw CaseError(fmt::format("flow.burst '{}': its centre ({:.6g}, {:.6g}, {:.6g}) m lies inside a body; move the "
+                                "charge into the gas", burst.name, burst.center[0], burst.center[1], burst.center[2]));
+  }
+}
+
 }  // namespace
 
 std::vector<Body> make_bodies(const FlowCase& flow_case, const link::InterfaceMesh* coupled) {
@@ -52,6 +78,11 @@ std::vector<Body> make_bodies(const FlowCase& flow_case, const link::InterfaceMe
   for (const auto& spec : flow_case.bodies) {
     Body body{.name = spec.name, .surface = {}, .slip = spec.slip,
               .wall_temperature = spec.wall_temperature, .moves = spec.motion != BodyMotion::fixed};
+    if (spec.piston) {
+      body.surface = make_piston_slab(*spec.piston, make_grid(flow_case.axes));
+      bodies.push_back(std::move(body));
+      continue;
+    }
     if (spec.motion != BodyMotion::coupled)
       body.surface = read_body_surface(spec.surface);
     else if (coupled != nullptr)
@@ -90,6 +121,7 @@ FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<sp
   double resume_time = -1.0;
   if (!line.resume.empty()) {
     clock_ = read_checkpoint(link::require_checkpoint(line.resume).directory, flow_, bodies_.get(), probes_);
+    flow_.set_time(clock_.time);
     resume_time = clock_.time;
     fields_.restore(clock_.field_times);
     surfaces_.restore(clock_.interface_times);
@@ -104,6 +136,7 @@ FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<sp
     const auto topology = bodies_->update_topology(flow_.primitives());
     if (!clock_.walls.empty()) bodies_->restore_history(clock_.walls);
     fluid_nodes_ = topology.fluid_nodes;
+    require_charges_in_gas(case_, flow_.grid(), bodies_->tags());
     if (topology.smallest_gap > 0.0 && topology.smallest_gap < 2.0)
       log_->warn("a gap is {:.2f} cells wide: its pressure is not resolved", topology.smallest_gap);
     flow_.immerse(bodies_.get());
@@ -196,7 +229,11 @@ void FlowRun::step_to(double t_end) {
     const double dt = remaining / n;
     const double t_next = n == 1.0 ? t_end : clock_.time + dt;
     set_prescribed_paths(clock_.time, t_next);
-    last_report_ = flow_.advance(clock_.time, dt);
+    try {
+      last_report_ = flow_.advance(clock_.time, dt);
+    } catch (const NumericsError& error) {
+      throw NumericsError(error.what() + save_last_good());
+    }
     clock_.time = t_next;
     ++clock_.step;
     compute_seconds_ += wall_clock() - begin;
@@ -293,6 +330,17 @@ void FlowRun::save(const std::filesystem::path& directory) {
   write_checkpoint(directory, flow_, bodies_.get(), probes_, clock_);
   probes_.flush();
   globals_.flush();
+}
+
+/// Brings everything back to the start of the failed step and writes it; says where.
+std::string FlowRun::save_last_good() {
+  if (out_.empty()) return "";
+  flow_.roll_back(clock_.time);
+  if (bodies_) bodies_->move_to(clock_.time);
+  const auto place = link::checkpoint_directory(out_, static_cast<std::uint64_t>(clock_.step));
+  std::filesystem::create_directories(place);
+  save(place);
+  return fmt::format("; the last good step, t = {:.9e} s, is in {}", clock_.time, place.string());
 }
 
 bool FlowRun::run_alone() {

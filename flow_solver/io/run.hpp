@@ -49,6 +49,7 @@ class FlowRun {
   void place_surface_probes();
   void sample_surface_probes();
   void save(const std::filesystem::path& directory);
+  [[nodiscard]] std::string save_last_good();
   void write_summary();
   void show_progress(bool last);
   void open_globals(double resume_time);

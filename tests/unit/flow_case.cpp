@@ -1,4 +1,5 @@
 #include "flow_solver/io/flow_case.hpp"
+#include "flow_solver/io/run.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -102,6 +103,80 @@ TEST_F(FlowCaseTest, RefusesPlacesOutsideTheGrid) {
 TEST_F(FlowCaseTest, RefusesABurstWithEnergyAndPressure) {
   expect_fault("[[flow.burst]]\ncenter_m = [0.5, 0, 0]\nradius_m = 0.1\nenergy_J = 1.0\npressure_Pa = 2e5\n"
                "temperature_K = 500.0\n", "give either energy_J or pressure_Pa");
+}
+
+TEST_F(FlowCaseTest, RefusesGridsThatDoNotRise) {
+  const std::string nodes = "flow.grid.x.nodes_m=[0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, ";
+  EXPECT_EQ(faults("", {nodes + "0.95]"}), "");
+  expect_fault("", "cell centre 10 is 0.8 m and follows 0.85 m: they must rise", {nodes + "0.8]"});
+  expect_fault("", "cell centre 10 is 1.05 m, accepted (0, 1) m", {nodes + "1.05]"});
+  expect_fault("", "the spacing changes from", {nodes + "0.99]"});
+  expect_fault("", "holds 2 cell centres, accepted at least 8", {"flow.grid.x.nodes_m=[0.2, 0.7]"});
+}
+
+TEST_F(FlowCaseTest, RefusesInflowsThatAreNone) {
+  const std::string state = "[flow.boundary.x_min_state]\nvelocity_m_s = ";
+  expect_fault(state + "[300.0, 0, 0]\n", "supersonic_inflow needs more", {"flow.boundary.x_min=supersonic_inflow"});
+  expect_fault(state + "[-10.0, 0, 0]\n", "for subsonic_inflow", {"flow.boundary.x_min=subsonic_inflow"});
+  expect_fault(state + "[400.0, 0, 0]\n", "for subsonic_inflow", {"flow.boundary.x_min=subsonic_inflow"});
+  expect_fault(state + "[1.0, 0, 0]\n", "gas in a reservoir is at rest", {"flow.boundary.x_min=reservoir"});
+}
+
+TEST_F(FlowCaseTest, RefusesWallsThatCannotBe) {
+  expect_fault("", "a no_slip_wall needs flow.gas.viscosity", {"flow.boundary.x_min=no_slip_wall"});
+  const std::string wall = "[flow.boundary.x_min_wall]\n";
+  expect_fault(wall + "temperature_K = 300.0\n", "an isothermal wall needs flow.gas.viscosity",
+               {"flow.boundary.x_min=slip_wall"});
+  expect_fault(wall + "velocity_m_s = [1.0, 0, 0]\n", "a wall moves along itself; take piston",
+               {"flow.boundary.x_min=no_slip_wall", "flow.gas.viscosity=constant"});
+  expect_fault(wall + "temperature_K = 300.0\n", "only slip_wall and no_slip_wall have a wall");
+}
+
+TEST_F(FlowCaseTest, RefusesInflowTablesWithFaults) {
+  const auto table = std::filesystem::temp_directory_path() / ("ocublast_inflow_" + std::to_string(getpid()) + ".csv");
+  const auto refused = [&](const std::string& text) {
+    std::ofstream(table) << text;
+    return faults("", {"flow.boundary.x_min=fixed_state", "flow.boundary.x_min_table=" + table.string()});
+  };
+  const std::string header = "time_s,pressure_Pa,temperature_K,speed_m_s\n";
+  EXPECT_EQ(refused(header + "0,1e5,300,0\n1e-3,2e5,360,100\n"), "");
+  EXPECT_NE(refused("t,p\n0,1\n").find("line 1 must be"), std::string::npos);
+  EXPECT_NE(refused(header + "0,1e5,300\n").find(":2: '0,1e5,300' is not four numbers"), std::string::npos);
+  EXPECT_NE(refused(header + "1,1e5,300,0\n1,1e5,300,0\n").find("times must rise"), std::string::npos);
+  EXPECT_NE(refused(header + "0,-1,300,0\n").find("both must be above 0"), std::string::npos);
+  EXPECT_NE(refused(header).find("it has no points"), std::string::npos);
+  std::filesystem::remove(table);
+}
+
+TEST_F(FlowCaseTest, RefusesPistonsWhereTheyCannotStand) {
+  const std::vector<std::string> piston = {"flow.boundary.x_min=piston"};
+  const std::string keys = "[flow.boundary.x_min_piston]\nposition_m = ";
+  EXPECT_EQ(faults(keys + "0.1\n", piston), "");
+  expect_fault(keys + "-0.1\n", "the cells behind it must reach as far as it ever recedes", piston);
+  expect_fault(keys + "0.1\n[flow.grid.x.stretch_low]\ncells = 8\n", "a piston cannot stand in the stretched layer",
+               piston);
+  expect_fault(keys + "0.1\n[flow.numerics]\nskip_quiescent = true\n", "stir gas that would be skipped", piston);
+}
+
+TEST_F(FlowCaseTest, RefusesABodyThatTouchesAStretchedLayer) {
+  std::ofstream(file_) << good_case << "[flow.grid.x.stretch_high]\ncells = 8\n[[flow.body]]\nname = 'globe'\n"
+                                       "motion = 'coupled'\n";
+  CaseReader reader({.case_file = file_, .overrides = {}, .mesh_directory = {}});
+  const FlowCase flow_case = read_flow_case(reader);
+  const auto refused = [&](double reach) {
+    link::InterfaceMesh mesh;
+    mesh.vertices = {0.5, 0, 0, reach, 0, 0, 0.5, 1, 0, 0.5, 0, 1};
+    mesh.triangles = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    try {
+      static_cast<void>(make_bodies(flow_case, &mesh));
+    } catch (const CaseError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refused(0.99), "");
+  EXPECT_NE(refused(1.01).find("flow.body 'globe': spans x = [0.5, 1.01] m and touches the stretched layer"),
+            std::string::npos);
 }
 
 TEST_F(FlowCaseTest, ShowsAllFaultsTogether) {
