@@ -65,9 +65,10 @@ bool Flow::Core::run_stages_muscl(double t, double dt, bool repair, StepReport& 
   ctx.dt = dt;
   for (int stage = 0; stage < 2; ++stage) {
     ctx.stage = stage;
+    now = t + stage * (ctx.any_mark ? dt : 0.5 * dt);
     fill_ghosts();
     if (bodies) {  // only band nodes change, and no stencil reads the domain ghosts beside those
-      bodies->move_to(t + stage * (ctx.any_mark ? dt : 0.5 * dt));
+      bodies->move_to(now);
       bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
     }
     refresh_box();

@@ -387,6 +387,16 @@ void Flow::set_state_by_index(const std::function<State(int, int, int)>& state) 
   c.find_box();
 }
 
+void Flow::set_incoming(const std::shared_ptr<const IncomingGas>& gas) {
+  if (core_->options.active_box) {
+    throw CaseError("flow.numerics.skip_quiescent: must be false where waves come in from outside");
+  }
+  for (Boundary& b : core_->boundaries) {
+    if (b.kind == BoundaryKind::outflow) b.incoming = gas;
+  }
+  core_->prepared = false;
+}
+
 void Flow::fill_domain_ghosts() { core_->fill_ghosts(); }
 
 Totals Flow::totals() const {

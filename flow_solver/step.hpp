@@ -150,6 +150,8 @@ class Flow {
   /// After `advance` has thrown NumericsError: brings back the state at the start of that step, at time
   /// t [s], with the marks it had.
   void roll_back(double t);
+  /// Gives all faces of kind outflow this gas as the one far away. Not together with the active box.
+  void set_incoming(const std::shared_ptr<const IncomingGas>& gas);
 
   void fill_domain_ghosts();
   [[nodiscard]] Totals totals() const;

@@ -1,5 +1,7 @@
 #include "flow_solver/io/flow_case.hpp"
 
+#include "flow_solver/io/charge_case.hpp"
+
 #include <algorithm>
 #include <set>
 
@@ -190,7 +192,9 @@ void read_numerics(Section& flow, FlowCase& result) {
   const bool stirred = std::any_of(result.bodies.begin(), result.bodies.end(), [](const BodyCase& body) {
     return body.motion != BodyMotion::fixed && body.motion != BodyMotion::coupled;
   });
-  options.active_box = result.initial.kind == InitialKind::uniform && !stirred;
+  const bool incident = std::any_of(result.charges.begin(), result.charges.end(),
+                                    [&](const ChargeCase& c) { return is_outside(result, c); });
+  options.active_box = result.initial.kind == InitialKind::uniform && !stirred && !incident;
   options.quiescent = to_state(result.initial.left, options.gas);
   static constexpr std::pair<std::string_view, Scheme> schemes[] = {
       {"compact6", Scheme::compact6}, {"compact8", Scheme::compact8}, {"muscl", Scheme::muscl}};
@@ -235,6 +239,8 @@ void read_numerics(Section& flow, FlowCase& result) {
   table.real("quiet_overpressure", result.quiet_overpressure,
              {.unit = "1", .min = 0.0, .max = 1e-3,
               .help = "loads below this part of ambient pressure are no load"});
+  if (options.active_box && incident && !table.listing())
+    table.fault("skip_quiescent", "a wave from outside (flow.charge) needs the whole grid; leave it out or false");
   if (options.active_box && result.initial.kind != InitialKind::uniform && !table.listing())
     table.fault("skip_quiescent", "only a uniform start has gas at rest to skip");
   if (options.active_box && stirred && !table.listing())
@@ -305,6 +311,7 @@ FlowCase read_flow_case(CaseReader& reader) {
   read_boundaries(flow, result);
   read_initial(flow, result);
   read_bursts(flow, result);
+  read_charges(flow, result);
   read_bodies(flow, result);
   read_numerics(flow, result);
   read_probes_and_output(flow, result);

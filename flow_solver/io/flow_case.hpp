@@ -11,6 +11,7 @@
 #include "flow_solver/grid/make_grid.hpp"
 #include "flow_solver/immersed/immersed_boundary.hpp"
 #include "flow_solver/io/probes.hpp"
+#include "flow_solver/sources/kingery_bulmash.hpp"
 #include "flow_solver/step.hpp"
 
 namespace ocublast::flow {
@@ -67,6 +68,25 @@ struct BurstCase {
   double temperature = 0.0;        ///< K, of the ball
 };
 
+enum class ChargeSource {
+  calibrated,       ///< TNT by its calibrated ball
+  jwl,              ///< TNT by detonation and expansion of its products
+  ball,             ///< ball of hot gas of given energy, radius and mass
+  kingery_bulmash   ///< prescribed wave form, from outside only
+};
+
+/// A charge whose wave is computed in one dimension until its front comes near, then brought to the grid.
+struct ChargeCase {
+  std::string name;
+  ChargeSource source = ChargeSource::calibrated;
+  BurstKind burst = BurstKind::free_air;
+  std::array<double, 3> center{};  ///< m
+  double mass = 0.0;               ///< kg of TNT; of the ball above ambient
+  double energy = 0.0;             ///< J above ambient, of a ball
+  double radius = 0.0;             ///< m, of a ball
+  double start_radius = 0.0;       ///< m, of the front when it is brought to the grid; 0: chosen
+};
+
 struct FrontSpeed {
   std::string name, from, to;  ///< speed between the arrivals at two probes
 };
@@ -92,6 +112,7 @@ struct FlowCase {
   Boundaries boundaries;
   InitialCase initial;
   std::vector<BurstCase> bursts;
+  std::vector<ChargeCase> charges;
   std::vector<BodyCase> bodies;
   ImmersedOptions immersed;
   std::vector<Probe> probes;

@@ -128,9 +128,8 @@ FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<sp
     surface_times_ = clock_.surface_times;
     surface_history_ = clock_.surface_history;
     restore_sums();
-  } else {
-    burst_energies_ = apply_initial_state(case_, flow_);
   }
+  start_gas(!line.resume.empty());
   if (bodies_) {
     bodies_->move_to(clock_.time);
     const auto topology = bodies_->update_topology(flow_.primitives());
@@ -155,6 +154,21 @@ FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<sp
   setup_seconds_ = wall_clock() - wall_start_;
   log_->info("{} nodes, {} in the gas, kernels {}, {} threads, set-up {:.2f} s", flow_.grid().n_cells(),
              fluid_nodes_, flow_.instruction_set(), case_.options.threads, setup_seconds_);
+}
+
+/// Bursts and charges at the start; after a resume only the waves that still come in from outside.
+void FlowRun::start_gas(bool resumed) {
+  std::vector<Body> bodies;
+  for (std::size_t b = 0; bodies_ && b < bodies_->n_bodies(); ++b) bodies.push_back(bodies_->body(b));
+  const ChargeStart charges = start_charges(case_, flow_.grid(), bodies);
+  if (!resumed) {
+    start_quantities_ = apply_initial_state(case_, charges, flow_);
+    for (const StartQuantity& q : start_quantities_) log_->info("{} {:.9g} {}", q.name, q.value, q.unit);
+  }
+  incident_ = charges.incident;
+  if (!incident_) return;
+  incident_->cover(clock_.time, clock_.time);
+  flow_.set_incoming(incident_);
 }
 
 void FlowRun::place_surface_probes() {
@@ -229,6 +243,7 @@ void FlowRun::step_to(double t_end) {
     const double dt = remaining / n;
     const double t_next = n == 1.0 ? t_end : clock_.time + dt;
     set_prescribed_paths(clock_.time, t_next);
+    if (incident_) incident_->cover(clock_.time, t_next);
     try {
       last_report_ = flow_.advance(clock_.time, dt);
     } catch (const NumericsError& error) {

@@ -11,15 +11,23 @@
 
 #include "coupler/base/command_line.hpp"
 #include "coupler/link/participant.hpp"
+#include "flow_solver/io/charge_start.hpp"
 #include "flow_solver/io/checkpoint.hpp"
 #include "flow_solver/io/field_output.hpp"
 #include "flow_solver/io/flow_case.hpp"
 
 namespace ocublast::flow {
 
-/// Builds the state of the gas at the start: uniform or Riemann, then the bursts. Returns the energy
-/// [J] above ambient that each burst brought to the grid.
-std::vector<double> apply_initial_state(const FlowCase& flow_case, Flow& flow);
+/// A quantity of the start: what a burst or charge brought to the grid.
+struct StartQuantity {
+  std::string name;
+  double value = 0.0;
+  std::string unit;
+};
+
+/// Builds the state of the gas at the start: uniform or Riemann, then the bursts, then the charges inside
+/// the grid. Returns what came with them.
+std::vector<StartQuantity> apply_initial_state(const FlowCase& flow_case, const ChargeStart& charges, Flow& flow);
 
 /// Bodies with their surfaces; `coupled` is the solid's. Throws CaseError for a file that is no
 /// surface and for a body outside the grid.
@@ -71,7 +79,9 @@ class FlowRun {
   std::ofstream globals_;
   std::optional<std::size_t> coupled_body_;
   std::vector<double> overpressure_;       ///< Pa, at the coupled body's vertices
-  std::vector<double> burst_energies_;     ///< J
+  std::vector<StartQuantity> start_quantities_;
+  std::shared_ptr<IncidentWaves> incident_;  ///< null: no wave from outside
+  void start_gas(bool resumed);
   struct SurfacePlace {
     std::size_t body = 0;
     std::size_t vertex = 0;

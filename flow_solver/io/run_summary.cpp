@@ -35,8 +35,7 @@ void FlowRun::restore_sums() {
 void FlowRun::write_summary() {
   if (out_.empty()) return;
   Json quantities = Json::array();
-  for (std::size_t b = 0; b < burst_energies_.size(); ++b)
-    quantities.push_back(quantity(case_.bursts[b].name + "_energy", burst_energies_[b], "J"));
+  for (const StartQuantity& q : start_quantities_) quantities.push_back(quantity(q.name, q.value, q.unit));
   const auto add_wave = [&](const std::string& name, const ProbeResult& result) {
     quantities.push_back(quantity(name + "_peak_overpressure", result.peak, "Pa"));
     if (result.arrival < 0.0) return;

@@ -54,7 +54,24 @@ struct BallVolume {
   double share = 1.0;
 };
 
+/// The same on radial grids: cells are whole shells and rings, and so is the ball. Only the ends of the
+/// axis of an axisymmetric grid cut it: caps of height r -+ distance.
+BallVolume radial_ball_volume(const Grid& grid, const Burst& burst) {
+  const double r = burst.radius;
+  constexpr double pi = std::numbers::pi;
+  if (grid.geometry == Geometry::cylindrical) return {.whole = pi * r * r};
+  BallVolume volume{.whole = 4.0 / 3.0 * pi * r * r * r};
+  if (grid.geometry == Geometry::spherical) return volume;
+  const auto below = [&](double y) {  // volume of the ball below the plane y
+    const double h = std::clamp(y - (burst.center[1] - r), 0.0, 2.0 * r);
+    return pi * h * h * (r - h / 3.0);
+  };
+  volume.share = (below(grid.axis[1].max) - below(grid.axis[1].min)) / volume.whole;
+  return volume;
+}
+
 BallVolume ball_volume(const Grid& grid, const Burst& burst) {
+  if (grid.geometry != Geometry::cartesian) return radial_ball_volume(grid, burst);
   const int n_present = static_cast<int>(grid.axis[0].present) + static_cast<int>(grid.axis[1].present) +
                         static_cast<int>(grid.axis[2].present);
   const double r = burst.radius;
@@ -106,11 +123,12 @@ BurstOnGrid make_burst(const Grid& grid, const Gas& gas, const Burst& burst, dou
   if (result.volume <= 0.0)
     throw CaseError(fmt::format("flow.burst: a ball of radius {} m touches no cell; refine the grid or "
                                 "take a larger radius", burst.radius));
+  const double share = ball_volume(grid, burst).share;
   const double gamma_1 = gas.heat_capacity_ratio - 1.0;
-  result.pressure = burst.energy > 0.0 ? ambient_pressure + gamma_1 * burst.energy *
-                                                                ball_volume(grid, burst).share / result.volume
+  result.pressure = burst.energy > 0.0 ? ambient_pressure + gamma_1 * burst.energy * share / result.volume
                                        : burst.pressure;
-  result.density = density(gas, result.pressure, burst.temperature);
+  result.density = burst.mass > 0.0 ? ambient_density + burst.mass * share / result.volume
+                                    : density(gas, result.pressure, burst.temperature);
   result.energy = (result.pressure - ambient_pressure) / gamma_1 * result.volume;
   result.mass = (result.density - ambient_density) * result.volume;
   return result;

@@ -15,7 +15,8 @@ struct Burst {
   double radius = 0.0;             ///< m
   double energy = 0.0;             ///< J above ambient of the whole ball; 0: `pressure` holds
   double pressure = 0.0;           ///< Pa
-  double temperature = 0.0;        ///< K of the ball
+  double temperature = 0.0;        ///< K of the ball; unused with `mass`
+  double mass = 0.0;               ///< kg above ambient of the whole ball; 0: `temperature` holds
 };
 
 /// A burst as it lies on a grid.
@@ -31,7 +32,7 @@ struct BurstOnGrid {
 /// Lays a burst on the grid by volume fractions, so that its front starts in the right place on any
 /// grid (a jump between nodes shifts the shock by up to 0.25 cells for good). Where the energy is
 /// given, the ball's pressure is set so that the grid receives exactly the share of the energy that
-/// lies inside the domain (a plane of symmetry through the centre: one half). Throws CaseError when
+/// lies inside the domain (a plane of symmetry through the centre: one half); the same for a given mass. Throws CaseError when
 /// no cell is touched.
 [[nodiscard]] BurstOnGrid make_burst(const Grid& grid, const Gas& gas, const Burst& burst,
                                      double ambient_pressure, double ambient_density);
