@@ -10,22 +10,18 @@
 namespace ocublast::solid {
 namespace {
 
-/// Motion of the wet nodes in the order of the interface mesh's vertices.
-struct Motion {
-  std::vector<double> position;
-  std::vector<double> velocity;
-};
-
-void read_motion(const SolidRun& run, Motion& motion) {
+/// Motion of the wet nodes in the order of the interface mesh's vertices; acceleration where there
+/// is room for it.
+void read_motion(const SolidRun& run, const link::Participant::Room& motion) {
   const auto& nodes = run.interface_nodes();
-  motion.position.resize(3 * nodes.size());
-  motion.velocity.resize(3 * nodes.size());
   for (std::size_t v = 0; v < nodes.size(); ++v) {
     const auto n = static_cast<std::size_t>(nodes[v]);
     for (std::size_t i = 0; i < 3; ++i) {
       motion.position[3 * v + i] =
           run.mesh().nodes[3 * n + i] + run.state().displacement[4 * n + i];
       motion.velocity[3 * v + i] = run.state().velocity[4 * n + i];
+      if (!motion.acceleration.empty())
+        motion.acceleration[3 * v + i] = run.state().acceleration[4 * n + i];
     }
   }
 }
@@ -37,8 +33,9 @@ void send_surface(Session& session, link::Participant& participant) {
       {.name = surface.name, .vertices = surface.vertices, .triangles = surface.triangles});
 }
 
-void step(Session& session, link::Participant& participant, const link::Order& order,
-          Motion& motion) {
+void step(Session& session, link::Participant& participant, const link::Order& order) {
+  if (order.iteration == 1) session.keep();
+  if (order.iteration > 1) session.rewind();
   double seconds = 0.0;
   WindowResult result;
   {
@@ -59,19 +56,21 @@ void step(Session& session, link::Participant& participant, const link::Order& o
                       .mass_per_area = session.run().mass_per_area(order.t_end - order.t_begin),
                       .compute_seconds = seconds};
   if (!result.idle) {
-    read_motion(session.run(), motion);
-    report.position = motion.position;
-    report.velocity = motion.velocity;
+    const auto room = participant.room();
+    read_motion(session.run(), room);
+    report.position = room.position;
+    report.velocity = room.velocity;
+    report.acceleration = room.acceleration;
   }
   participant.send(report);
-  session.write_due(false);  // after the report: the flow computes meanwhile
+  // After the report: the flow computes meanwhile. A window that is iterated is written when it counts.
+  if (order.iteration == 0) session.write_due(false);
 }
 
 void serve(Session& session, link::Participant& participant) {
   send_surface(session, participant);
   participant.ready(session.run().stable_step(), session.progress().window,
                     session.run().state().time);
-  Motion motion;
   if (session.progress().window == 0) session.write_due(false);
   while (true) {
     link::Order order;
@@ -79,13 +78,14 @@ void serve(Session& session, link::Participant& participant) {
       const Stopwatch watch(session.wall().waiting);
       order = participant.next();
     }
+    if (order.iteration <= 1 && session.progress().window > 0) session.write_due(false);
     if (order.kind == link::Order::Kind::finish) break;
     if (order.kind == link::Order::Kind::checkpoint) {
       session.write_checkpoint_to(order.checkpoint);
       participant.checkpoint_written();
       continue;
     }
-    step(session, participant, order, motion);
+    step(session, participant, order);
   }
   session.write_due(true);
   session.write_summary();

@@ -263,6 +263,12 @@ void FlowRun::after_step() {
   sums_.redone += r.redone;
   sums_.marked += static_cast<double>(r.marked_nodes);
   sums_.floored += static_cast<double>(r.floored_nodes);
+  output_waits_ = iterating_;
+  if (!iterating_) write_step();
+}
+
+void FlowRun::write_step() {
+  const auto& r = last_report_;
   const double begin = wall_clock();
   probes_.sample(std::as_const(flow_).primitives(), tags(), clock_.time);
   sample_surface_probes();
@@ -384,6 +390,42 @@ bool FlowRun::run_alone() {
   return true;
 }
 
+void FlowRun::keep_state() {
+  kept_.parts.clear();
+  for (const auto& part : flow_.checkpoint()) kept_.parts.emplace_back(part.values.begin(), part.values.end());
+  kept_.walls.clear();
+  for (std::size_t b = 0; bodies_ && b < bodies_->n_bodies(); ++b) {
+    const auto copy = [](std::span<const double> v) { return std::vector<double>(v.begin(), v.end()); };
+    kept_.walls.push_back({copy(bodies_->position(b)), copy(bodies_->velocity(b)), copy(bodies_->acceleration(b))});
+  }
+  if (bodies_) kept_.history = bodies_->history();
+  kept_.time = clock_.time;
+  kept_.step = clock_.step;
+  kept_.window = clock_.window;
+  kept_.sums = sums_;
+}
+
+/// As at the start of a resumed run, from memory instead of a file.
+void FlowRun::rewind() {
+  const auto parts = flow_.checkpoint();
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    std::copy(kept_.parts[k].begin(), kept_.parts[k].end(), parts[k].values.begin());
+  flow_.restored();
+  clock_.time = kept_.time;
+  clock_.step = kept_.step;
+  clock_.window = kept_.window;
+  sums_ = kept_.sums;
+  if (bodies_) {
+    for (std::size_t b = 0; b < kept_.walls.size(); ++b)
+      if (bodies_->body(b).moves)
+        bodies_->restore_wall(b, kept_.walls[b].position, kept_.walls[b].velocity, kept_.walls[b].acceleration);
+    bodies_->move_to(clock_.time);
+    bodies_->update_topology(flow_.primitives());
+    bodies_->restore_history(kept_.history);
+  }
+  flow_.fill_domain_ghosts();
+}
+
 link::Report FlowRun::finish_window(const link::Order& order) {
   link::Report report;
   report.stable_step = stable_step();
@@ -419,6 +461,10 @@ void FlowRun::run_coupled(link::Participant& coupler) {
   coupler.ready(stable_step(), static_cast<std::uint64_t>(clock_.window), clock_.time);
   while (true) {
     const auto order = coupler.next();
+    if (output_waits_ && order.iteration <= 1) {  // the last answer counts
+      output_waits_ = false;
+      write_step();
+    }
     if (order.kind == link::Order::Kind::finish) break;
     if (order.kind == link::Order::Kind::checkpoint) {
       save(order.checkpoint);
@@ -426,6 +472,9 @@ void FlowRun::run_coupled(link::Participant& coupler) {
       continue;
     }
     const double begin = wall_clock();
+    if (order.iteration == 1) keep_state();
+    if (order.iteration > 1) rewind();
+    iterating_ = order.iteration > 0;
     if (coupled_body_ && !order.idle) {
       if (order.wall_path == link::WallPath::cubic)
         bodies_->set_path(*coupled_body_, order.t_begin, order.t_end, order.position, order.velocity);

@@ -48,6 +48,9 @@ class FlowRun {
 
  private:
   void step_to(double t_end);
+  void write_step();
+  void keep_state();
+  void rewind();
   void after_step();
   void write_outputs(bool last);
   void write_globals(const StepReport& report);
@@ -103,6 +106,21 @@ class FlowRun {
     double active_sum = 0.0;
   } sums_;
   StepReport last_report_;
+
+  /// The state at the beginning of a window of implicit coupling, which is done several times.
+  struct Kept {
+    std::vector<std::vector<double>> parts;  ///< of Flow::checkpoint
+    struct Wall {
+      std::vector<double> position, velocity, acceleration;
+    };
+    std::vector<Wall> walls;
+    std::vector<std::uint8_t> history;
+    double time = 0.0;
+    std::int64_t step = 0, window = 0;
+    Sums sums;
+  } kept_;
+  bool iterating_ = false;    ///< output waits until the window counts
+  bool output_waits_ = false;
   double compute_seconds_ = 0.0;
   double output_seconds_ = 0.0;
   double setup_seconds_ = 0.0;

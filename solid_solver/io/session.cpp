@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -54,6 +55,22 @@ WindowResult Session::advance(const Window& window) {
   const auto result = run_.advance(window);
   ++progress_.window;
   return result;
+}
+
+void Session::keep() {
+  const auto arrays = run_.checkpoint_arrays();
+  kept_.resize(arrays.size());
+  for (std::size_t k = 0; k < arrays.size(); ++k)
+    kept_[k].assign(arrays[k].values.begin(), arrays[k].values.end());
+  kept_progress_ = progress_;
+}
+
+void Session::rewind() {
+  auto arrays = run_.checkpoint_arrays();
+  for (std::size_t k = 0; k < arrays.size(); ++k)
+    std::copy(kept_[k].begin(), kept_[k].end(), arrays[k].values.begin());
+  run_.restored();
+  progress_ = kept_progress_;
 }
 
 void Session::write_due(bool last) {

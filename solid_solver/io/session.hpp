@@ -56,6 +56,9 @@ class Session {
   WindowResult advance(const Window& window);
   /// Rows and fields that are due at the current time; everything when `last`.
   void write_due(bool last);
+  /// Keeps the state in memory, and goes back to it: a window of implicit coupling is done again.
+  void keep();
+  void rewind();
   void write_checkpoint_to(const std::filesystem::path& directory);
   void resume_from(const std::filesystem::path& directory);
   /// Summary, to be called at the end.
@@ -74,6 +77,8 @@ class Session {
   History history_;
   FieldOutput fields_;
   RunProgress progress_;
+  std::vector<std::vector<double>> kept_;  ///< by keep(): the arrays of a checkpoint
+  RunProgress kept_progress_;
   WallSplit wall_;
   CellResults cells_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
