@@ -7,6 +7,8 @@
 #include "coupler/base/log.hpp"
 #include "coupler/base/version.hpp"
 #include "coupler/commands.hpp"
+#include "coupler/event_log.hpp"
+#include "coupler/link/keys.hpp"
 #include "coupler/link/payload.hpp"
 
 namespace ocublast::coupler {
@@ -83,6 +85,10 @@ int run_command_line(int argc, char** argv) {
 
   auto* check = app.add_subcommand("check", "validate the whole case, print what would run");
   add_run_options(*check, line);
+  auto* status = app.add_subcommand("status", "how far a run is, and whether it still lives");
+  status->add_option("directory", line.run.out, "its results")->required();
+  auto* keygen = app.add_subcommand("keygen", "make the keys of tcp runs: coupler.key, flow.key, solid.key");
+  keygen->add_option("directory", line.run.keys, "where they go; give each machine its own key alone")->required();
   auto* dump = app.add_subcommand("dump", "print a recording");
   dump->add_option("traffic", line.traffic_a, "traffic.ocu")->required();
   auto* diff = app.add_subcommand("diff", "compare two recordings");
@@ -105,6 +111,17 @@ int run_command_line(int argc, char** argv) {
   }
   if (check->parsed()) {
     check_case(line.run);
+    return 0;
+  }
+  if (status->parsed()) {
+    print_status(line.run.out);
+    return 0;
+  }
+  if (keygen->parsed()) {
+    link::write_key_set(line.run.keys, link::make_token());
+    std::printf("%s: coupler.key, flow.key and solid.key, mode 0600. Give --keys (or OCUBLAST_KEYS) this "
+                "folder; on another machine a folder with the one key of its participant is enough.\n",
+                line.run.keys.c_str());
     return 0;
   }
   if (dump->parsed()) {

@@ -68,8 +68,9 @@ class TrafficWriter {
   /// holds the message as it would have been sent in two frames: with a checksum, without a place.
   std::uint64_t append(Direction direction, const link::Header& header,
                        std::span<const std::byte> memory, std::optional<std::uint64_t> same_as = {});
-  /// Waits until the record of this number has been written.
+  /// Waits until the record of this number has been written; all of them.
   void wait_written(std::uint64_t number);
+  void wait_written() { if (count_ > 0) wait_written(count_ - 1); }
   /// Hands everything to the writing thread. Throws LinkError when an earlier write failed.
   void flush();
   /// Writes index and footer and closes. Throws LinkError when anything could not be written.

@@ -8,9 +8,11 @@
 #include <fstream>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/version.hpp"
+#include "coupler/event_log.hpp"
 #include "coupler/handshake.hpp"
 #include "coupler/link/checkpoint_place.hpp"
 #include "coupler/link/payload.hpp"
@@ -56,6 +58,7 @@ class Session {
   void write_checkpoint();
   void finish();
   void show_progress();
+  void tell_status(const std::string& phase, const std::string& detail = {});
   [[noreturn]] void fail(const std::string& text, int exit_code);
   [[nodiscard]] std::string describe(const PartnerFault& fault) const;
 
@@ -64,6 +67,7 @@ class Session {
   std::shared_ptr<spdlog::logger> log_;
   Clock::time_point begin_ = Clock::now();
   FileLock run_lock_;
+  EventLog events_;
   SocketPlace place_;
   SolverStart start_;
   SignalWatch signals_;
@@ -113,6 +117,7 @@ Server::Setup server_setup(const Settings& settings, const SocketPlace& place,
 Session::Session(const RunOptions& options, const Settings& settings,
                  std::shared_ptr<spdlog::logger> log)
     : options_(options), settings_(settings), log_(std::move(log)), run_lock_(lock_run(options.out)),
+      events_(options.out / "log" / "events.jsonl"),
       place_(options.endpoint.empty() ? settings.endpoint : options.endpoint),
       start_(options, place_.encrypted(), settings.case_hash),
       server_(server_setup(settings, place_, start_), log_),
@@ -192,6 +197,8 @@ void Session::shake() {
   }
   log_->info("ready: {} vertices, {} triangles, stable steps {} s (flow) and {} s (solid)", n_vertices_,
              hands.mesh.n_triangles, state_.stable_flow, state_.stable_solid);
+  events_.note("ready", {{"flow", server_.program(Role::flow)}, {"solid", server_.program(Role::solid)},
+                         {"vertices", n_vertices_}, {"window", state_.window}, {"time_s", state_.time}});
 }
 
 void Session::open_results() {
@@ -226,9 +233,11 @@ int Session::predictor_order(double width) {
         window_.number, window_.t_begin, theta, state_.impedance, width, state_.mass_per_area,
         settings_.theta_refuse));
   if (theta <= settings_.theta_warn) return settings_.predictor_order;
-  if (!std::exchange(warned_theta_, true))
-    log_->warn("theta = {:.3g} is above {:.3g} from window {} (t = {:.6g} s) on: predictor of order 1",
-               theta, settings_.theta_warn, window_.number, window_.t_begin);
+  if (!std::exchange(warned_theta_, true)) {
+      log_->warn("theta = {:.3g} is above {:.3g} from window {} (t = {:.6g} s) on: predictor of order 1",
+                 theta, settings_.theta_warn, window_.number, window_.t_begin);
+      events_.note("theta", {{"window", window_.number}, {"theta", theta}, {"limit", settings_.theta_warn}});
+    }
   return std::min(settings_.predictor_order, 1);
 }
 
@@ -280,6 +289,9 @@ void Session::write_checkpoint() {
     partners_.set_computing(role, true);
   }
   write_state(directory, state_, settings_.case_hash, mesh_hash_);
+  // A run that is killed later goes on from here: its tables must reach this far.
+  rows_->flush();
+  if (traffic_) traffic_->flush();
   std::array<bool, 2> done{};
   while (!done[0] || !done[1]) {
     const Role blame = done[0] ? Role::solid : Role::flow;
@@ -291,11 +303,13 @@ void Session::write_checkpoint() {
     done[i] = true;
     partners_.set_computing(answer.role, false);
   }
+  if (traffic_) traffic_->wait_written();
   complete_checkpoint(options_.out, state_.window, kept_checkpoints);
   last_checkpoint_window_ = state_.window;
   last_checkpoint_time_ = state_.time;
   phase_ = "";
   log_->info("checkpoint of window {} at t = {} s", state_.window, state_.time);
+  events_.note("checkpoint", {{"window", state_.window}, {"time_s", state_.time}});
 }
 
 void Session::finish() {
@@ -325,15 +339,28 @@ void Session::finish() {
                  .theta_max = state_.theta_max, .balance = state_.balance, .wall = wall_});
 }
 
+void Session::tell_status(const std::string& phase, const std::string& detail) {
+  const double span = settings_.common.end_time - first_time_;
+  const double share = span > 0.0 ? (state_.time - first_time_) / span : 1.0;
+  const double spent = link::seconds_since(windows_begin_);
+  write_status(options_.out,
+               {.case_name = settings_.common.name, .phase = phase, .detail = detail, .window = state_.window,
+                .time = state_.time, .end_time = settings_.common.end_time,
+                .seconds_left = share > 0.0 ? spent * (1.0 - share) / share : 0.0,
+                .overhead = wall_.median_overhead(), .theta = state_.theta_max,
+                .energy_error = state_.balance.relative_energy_error(), .flow = status_[0], .solid = status_[1]});
+}
+
 void Session::show_progress() {
+  if (exchange_) tell_status("windows");
   if (options_.quiet || !exchange_) return;
   const double done = settings_.common.end_time > 0.0 ? state_.time / settings_.common.end_time : 1.0;
   const double share = settings_.common.end_time > first_time_
                            ? (state_.time - first_time_) / (settings_.common.end_time - first_time_) : 1.0;
   const double spent = link::seconds_since(windows_begin_);
   const std::string eta = share > 0.0 ? fmt::format("{:.0f} s left", spent * (1.0 - share) / share) : "";
-  std::string line = fmt::format("t {:.4e} s  window {}  {:.1f} %  {}  {:.0f} us/window", state_.time,
-                                 state_.window, 100.0 * done, eta, 1e6 * wall_.median_overhead());
+  std::string line = fmt::format("t {:.4e} s  window {}  {:.1f} %  {}  {:.0f} us/window  theta {:.2g}", state_.time,
+                                 state_.window, 100.0 * done, eta, 1e6 * wall_.median_overhead(), state_.theta_max);
   for (const auto& text : status_)
     if (!text.empty()) line += "  " + text;
   if (::isatty(STDOUT_FILENO) != 0)
@@ -363,6 +390,8 @@ std::string Session::describe(const PartnerFault& fault) const {
 void Session::fail(const std::string& text, int exit_code) {
   if (::isatty(STDOUT_FILENO) != 0 && !options_.quiet) std::printf("\n");
   log_->info("the run ends: {}", text);
+  events_.note("failed", {{"window", state_.window}, {"time_s", state_.time}, {"exit_code", exit_code}, {"reason", text.substr(0, text.find('\n'))}});
+  tell_status("failed", text.substr(0, text.find('\n')));
   partners_.end_all(text.substr(0, text.find('\n')), exit_code);
   try {
     if (rows_) rows_->close();
@@ -397,6 +426,8 @@ bool Session::run() {
 }
 
 bool Session::run_checked() {
+  events_.note("started", {{"case", settings_.common.name}, {"pid", ::getpid()}, {"endpoint", server_.endpoint()}, {"resumed", !options_.resume.empty()}});
+  tell_status("handshake");
   load_resume();
   start_solvers();
   shake();
@@ -415,6 +446,8 @@ bool Session::run_checked() {
     show_progress();
     if (::isatty(STDOUT_FILENO) != 0) std::printf("\n");
   }
+  events_.note(stopped ? "stopped" : "ended", {{"window", state_.window}, {"time_s", state_.time}});
+  tell_status(stopped ? "stopped" : "ended");
   if (stopped)
     log_->warn("stopped at window {}, t = {:.6g} s, as asked; --resume {} goes on from there",
                state_.window, state_.time, options_.out.string());

@@ -65,6 +65,11 @@ SolverStart::SolverStart(const RunOptions& options, bool encrypted, std::uint64_
   if (options.await && shared != nullptr && *shared != '\0') token_ = shared;
   if (!encrypted) return;
   keys_ = std::filesystem::absolute(key_directory(options));
+  if (const auto made = link::read_key_set(keys_)) {
+    coupler_keys_ = made->keys;
+    token_ = made->token;
+    return;
+  }
   coupler_keys_ = link::make_keys(keys_, token_);
 }
 

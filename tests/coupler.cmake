@@ -28,3 +28,27 @@ ocublast_coupler_test(coupler_Schemes coupled coupled/coupler_schemes.py Schemes
 foreach(class Death Silence Strangers BadMessages)
   ocublast_coupler_test(coupler_${class} faults faults/coupler_faults.py ${class} 180)
 endforeach()
+ocublast_coupler_test(coupler_Soak faults faults/coupler_soak.py Soak 300)
+add_test(NAME coupler_Soak_200 COMMAND /usr/bin/python3 -W ignore ${CMAKE_CURRENT_SOURCE_DIR}/faults/coupler_soak.py -v Soak)
+set_tests_properties(coupler_Soak_200 PROPERTIES TIMEOUT 900 LABELS "faults;long"
+  ENVIRONMENT "OCU_BUILD=${CMAKE_BINARY_DIR};OCU_SOAK_RUNS=200")
+
+# What comes from outside, torn apart; tests/faults/fuzz runs the same with libFuzzer.
+add_executable(coupler_fuzz faults/coupler_fuzz.cpp faults/coupler_fuzz_main.cpp)
+target_link_libraries(coupler_fuzz PRIVATE ocublast_coupler ocublast_warnings)
+add_test(NAME coupler_fuzz COMMAND coupler_fuzz ${CMAKE_CURRENT_SOURCE_DIR}/faults/corpus 20000)
+set_tests_properties(coupler_fuzz PROPERTIES TIMEOUT 60 LABELS faults)
+
+# Solvers of other people: what the conformance program says of ours and of the Python twin.
+function(ocublast_conformance name)
+  add_test(NAME conformance_${name} COMMAND /usr/bin/python3 -W ignore ${CMAKE_CURRENT_SOURCE_DIR}/coupled/conformance
+           --build ${CMAKE_BINARY_DIR} ${ARGN})
+  set_tests_properties(conformance_${name} PROPERTIES TIMEOUT 120 LABELS coupled)
+endfunction()
+ocublast_conformance(spring --case ${CMAKE_CURRENT_SOURCE_DIR}/coupled/recordings/toy_piston.toml --width 0.01 --pressure 1e-6
+  -- $<TARGET_FILE:coupler_spring>)
+ocublast_conformance(python_fenicsx --case ${CMAKE_SOURCE_DIR}/cases/panel/case.toml --width 1e-6 --pressure 1e5
+  -- /usr/bin/python3 ${CMAKE_SOURCE_DIR}/coupler/link/python/examples/fenicsx_panel.py)
+foreach(class FullDisk Network Tools)
+  ocublast_coupler_test(coupler_${class} faults faults/coupler_system.py ${class} 180)
+endforeach()

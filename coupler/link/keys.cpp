@@ -60,15 +60,49 @@ CouplerKeys make_keys(const std::filesystem::path& directory, const std::string&
   return keys;
 }
 
+namespace {
+
+std::filesystem::path own_key_file(const std::filesystem::path& directory) { return directory / "coupler.key"; }
+
+void require_private(const std::filesystem::path& file, const struct stat& status) {
+  if ((status.st_mode & 077) != 0)
+    throw LinkError(fmt::format("{}: mode is {:o}, others must not read it (600)", file.string(),
+                                status.st_mode & 0777));
+}
+
+}  // namespace
+
+void write_key_set(const std::filesystem::path& directory, const std::string& token) {
+  const auto file = own_key_file(directory);
+  if (std::filesystem::exists(file))
+    throw LinkError(fmt::format("{}: is there already; remove it if its runs are over", file.string()));
+  const CouplerKeys keys = make_keys(directory, token);
+  write_private(file, fmt::format("{}\n{}\n{}\n{}\n{}\n", keys.own.public_key, keys.own.secret_key,
+                                  keys.flow_public, keys.solid_public, token));
+}
+
+std::optional<KeySet> read_key_set(const std::filesystem::path& directory) {
+  const auto file = own_key_file(directory);
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return {};
+  require_private(file, status);
+  std::ifstream in(file);
+  KeySet set;
+  in >> set.keys.own.public_key >> set.keys.own.secret_key >> set.keys.flow_public >> set.keys.solid_public >> set.token;
+  bool whole = static_cast<bool>(in);
+  for (const auto* key : {&set.keys.own.public_key, &set.keys.own.secret_key, &set.keys.flow_public, &set.keys.solid_public})
+    whole = whole && key->size() == key_characters;
+  if (!whole) throw LinkError(fmt::format("{}: not a key file; make one with coupler keygen", file.string()));
+  return set;
+}
+
 ParticipantKeys read_keys(const std::filesystem::path& directory, Role role) {
   const auto file = key_file(directory, role);
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0)
     throw LinkError(fmt::format("{}: no such key file; the coupler writes it when it starts with a "
                                 "tcp endpoint", file.string()));
-  if ((status.st_mode & 077) != 0)
-    throw LinkError(fmt::format("{}: mode is {:o}, others must not read it (600)", file.string(),
-                                status.st_mode & 0777));
+  require_private(file, status);
   std::ifstream in(file);
   ParticipantKeys keys;
   in >> keys.coupler_public >> keys.own.public_key >> keys.own.secret_key >> keys.token;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "coupler/link/participant.hpp"
@@ -31,6 +32,18 @@ struct CouplerKeys {
 /// owner alone; the coupler's own secret is not written. Old files are replaced, each at once.
 [[nodiscard]] CouplerKeys make_keys(const std::filesystem::path& directory,
                                     const std::string& token);
+
+/// Makes keys for many runs: also DIRECTORY/coupler.key with the coupler's secret, the two keys it
+/// admits, and the token. Throws LinkError where there is a coupler.key already.
+void write_key_set(const std::filesystem::path& directory, const std::string& token);
+
+struct KeySet {
+  CouplerKeys keys;
+  std::string token;
+};
+/// What write_key_set wrote; nothing where there is no coupler.key. Throws LinkError when it is
+/// malformed, or open to others.
+[[nodiscard]] std::optional<KeySet> read_key_set(const std::filesystem::path& directory);
 
 /// Reads a participant's key file. Throws LinkError when it is missing, malformed, or open to others.
 [[nodiscard]] ParticipantKeys read_keys(const std::filesystem::path& directory, Role role);

@@ -144,6 +144,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
   std::vector<double> begin_of_window;
   for (auto order = coupler.next(); order.kind != Order::Kind::finish; order = coupler.next()) {
     if (order.kind == Order::Kind::checkpoint) {
+      keys.fault.happen_in("checkpoint");
       auto all = column.save();
       all.push_back(static_cast<double>(window));
       all.push_back(time);
@@ -158,6 +159,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
     time = order.t_end;
     window = order.window;
   }
+  keys.fault.happen_in("farewell");
   coupler.goodbye();
 }
 
@@ -169,6 +171,7 @@ int run(const ocublast::CommandLine& line) {
   section.integer("cells", keys.cells, {.min = 2, .help = "cells"});
   section.real("cfl", keys.cfl, {.unit = "1", .min = 0.0, .above_min = true, .help = "Courant number"});
   keys.fault.declare(section);
+  keys.fault.from_environment("OCU_TOY_FAULT_FLOW");
   reader.finish();
   if (line.check_only) return 0;
   const std::uint64_t hash = reader.hash() + (keys.fault.kind == "case_hash" ? 1 : 0);

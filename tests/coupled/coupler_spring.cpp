@@ -98,6 +98,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
   for (auto order = coupler.next(); order.kind != Order::Kind::finish; order = coupler.next()) {
     if (order.iteration <= 1) note();
     if (order.kind == Order::Kind::checkpoint) {
+      keys.fault.happen_in("checkpoint");
       toy::write_doubles(order.checkpoint / "solid.state", {piston.d, piston.v, piston.p, piston.time, piston.a});
       coupler.checkpoint_written();
       continue;
@@ -137,6 +138,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
         << fmt::format("{} {} {}\n", worst.position, worst.velocity, worst.pressure);
     std::ofstream(line.out / "spring_history.txt") << history;
   }
+  keys.fault.happen_in("farewell");
   coupler.goodbye();
 }
 
@@ -149,6 +151,7 @@ int run(const ocublast::CommandLine& line) {
   section.real("stable_step_s", keys.stable_step, {.unit = "s", .min = 0.0, .above_min = true, .help = "step"});
   section.integer("vertices", keys.vertices, {.min = 2, .help = "vertices along an edge of the face"});
   keys.fault.declare(section);
+  keys.fault.from_environment("OCU_TOY_FAULT_SOLID");
   reader.finish();
   if (line.check_only) return 0;
   const std::uint64_t hash = reader.hash() + (keys.fault.kind == "case_hash" ? 1 : 0);

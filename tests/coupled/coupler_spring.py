@@ -16,7 +16,7 @@ OMEGA = PHASE * math.sqrt(1.4)
 SPRING = MASS * OMEGA**2 - math.sqrt(1.4) * OMEGA / math.tan(PHASE)
 
 vertices = np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0]])
-triangles = np.array([[0, 1, 2], [1, 3, 2]])
+triangles = np.array([[0, 2, 1], [1, 2, 3]])  # out of the piston: -x
 
 
 def advance(d, v, p_begin, p_end, window, steps):

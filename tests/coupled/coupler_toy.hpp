@@ -61,6 +61,15 @@ struct Fault {
     section.text("fault", kind, {.help = "misbehaviour of this toy"});
     section.integer("fault_window", window, {.min = 0, .help = "window in which it happens"});
   }
+  /// A fault that is not part of the case, so that the run can be resumed without it: the
+  /// environment variable OCU_TOY_FAULT_FLOW or _SOLID holds KIND@WINDOW.
+  void from_environment(const char* variable) {
+    const char* given = std::getenv(variable);
+    if (given == nullptr) return;
+    const std::string text = given;
+    kind = text.substr(0, text.find('@'));
+    window = std::stoll(text.substr(text.find('@') + 1));
+  }
   [[nodiscard]] bool now(std::uint64_t w) const {
     return !kind.empty() && static_cast<std::int64_t>(w) == window;
   }
@@ -72,11 +81,19 @@ struct Fault {
     if (is("stop", w)) ::kill(::getpid(), SIGSTOP);
     if (is("exit", w)) std::_Exit(4);
     if (is("hang", w)) std::this_thread::sleep_for(std::chrono::hours(1));
+    if (is("late", w)) std::this_thread::sleep_for(std::chrono::milliseconds(300));
     if (is("abort", w)) throw ocublast::NumericsError("negative density in cell 7");
+  }
+  /// Dies, or hangs, at the first occasion of this name: "checkpoint", "farewell".
+  void happen_in(const std::string& state) const {
+    if (kind == "kill-" + state) ::kill(::getpid(), SIGKILL);
+    if (kind == "stop-" + state) ::kill(::getpid(), SIGSTOP);
+    if (kind == "exit-" + state) std::_Exit(4);
   }
 };
 
-/// The piston's face: n x n vertices of a unit square in the plane x = 1 m, and its triangles.
+/// The piston's face: n x n vertices of a unit square in the plane x = 1 m, and its
+/// triangles, which look out of the piston, at the gas (-x).
 inline ocublast::link::InterfaceMesh make_face(std::int64_t n) {
   ocublast::link::InterfaceMesh mesh;
   mesh.name = "piston";
@@ -89,7 +106,7 @@ inline ocublast::link::InterfaceMesh make_face(std::int64_t n) {
     for (std::int64_t i = 0; i + 1 < n; ++i) {
       const auto a = static_cast<std::int32_t>(j * n + i);
       const auto b = static_cast<std::int32_t>(a + n);
-      mesh.triangles.insert(mesh.triangles.end(), {a, a + 1, b, a + 1, b + 1, b});
+      mesh.triangles.insert(mesh.triangles.end(), {a, b, a + 1, a + 1, b, b + 1});
     }
   return mesh;
 }

@@ -28,7 +28,7 @@ from zmq.utils.monitor import recv_monitor_message
 
 import coupling_pb2 as pb
 
-PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 0
+PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 1
 POSITION, VELOCITY, ACCELERATION, OVERPRESSURE, MESH = 1, 2, 4, 8, 16
 
 
@@ -50,6 +50,7 @@ class Order:
         self.t_begin, self.t_end = header.t_begin_s, header.t_end_s
         self.steps = header.steps
         self.idle = header.idle
+        self.iteration = header.iteration  # implicit coupling: 1, 2, ...; from 2 on begin the window again
         self.load_linear = header.load_shape != pb.LOAD_SHAPE_CONSTANT
         self.wall_cubic = header.wall_path != pb.WALL_PATH_STRAIGHT
         self.checkpoint = header.directory
@@ -207,6 +208,8 @@ class Participant:
         self.window = self.order.window
         h = self.header(pb.KIND_RESULT)
         h.t_begin_s, h.t_end_s, h.steps, h.idle = self.order.t_begin, self.order.t_end, steps_taken, idle
+        if self.order.iteration:
+            h.iteration = self.order.iteration
         h.stable_step_s, h.work_J = stable_step, work
         h.impulse_x_N_s, h.impulse_y_N_s, h.impulse_z_N_s = impulse
         h.impedance_kg_m2_s, h.mass_per_area_kg_m2 = impedance, mass_per_area

@@ -1,0 +1,198 @@
+"""What only the system can do to a run: a full disk, a network between three hosts, a cut link.
+
+Needs root for a small file system and for network namespaces; skipped where that is not permitted."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "coupled"))
+
+from coupler_harness import BIN, FLOW, SOLID, CouplerTest, Ended
+
+SLACK = float(os.environ.get("OCU_TEST_SLACK_S", "5"))
+
+
+def command(*words):
+    return subprocess.run(words, capture_output=True, text=True, check=False)
+
+
+class FullDisk(CouplerTest):
+    def setUp(self):
+        super().setUp()
+        os.mkdir(self.path("small"))
+        if os.geteuid() != 0 or command("mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", self.path("small")).returncode != 0:
+            self.skipTest("no small file system can be mounted here")
+        self.addCleanup(command, "umount", "-l", self.path("small"))
+
+    def test_recording_that_does_not_fit_ends_the_run_with_the_reason(self):
+        ended = self.run_coupler("--set", "time.end_s=40.0", out="small/out")
+        self.assertEqual(ended.code, 3, ended.text)
+        self.assertRegex(ended.text, r"traffic\.ocu: the recording cannot be written: No space left on device")
+        self.assertIn("coupling.record = false", ended.text)
+
+    def test_checkpoint_that_does_not_fit_leaves_the_last_good_one(self):
+        every = ("--set", "coupling.record=false", "--set", "coupling.checkpoint_every_windows=100")
+        whole = self.run_coupler(*every, out="whole")
+        self.assertEqual(whole.code, 0, whole.text)
+        process = self.start(*every, "--set", "coupling.window=lockstep", "--set", "time.end_s=40.0", out="small/out")
+        deadline = time.monotonic() + 20.0
+        kept = self.path("small/out", "checkpoint")
+        while not (os.path.isdir(kept) and any(not n.endswith(".part") for n in os.listdir(kept))):
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.005)
+        with open(self.path("small", "filler"), "wb") as file:  # now the disk fills up
+            try:
+                for _ in range(64):
+                    file.write(bytes(8192))
+                    file.flush()
+            except OSError:
+                pass
+        ended = Ended(process, self.begin)
+        self.assertEqual(ended.code, 3, ended.text)
+        self.assertRegex(ended.text, "cannot be written|could not be written")
+        os.remove(self.path("small", "filler"))
+        resumed = self.run_coupler(*every, "--set", "coupling.window=lockstep", "--set", "time.end_s=40.0", "--resume",
+                                   self.path("small/out"), out="resumed")
+        self.assertEqual(resumed.code, 0, resumed.text)
+
+
+class Network(CouplerTest):
+    """Coupler, flow and solid in a network namespace each; the coupler's has a link to both others."""
+
+    ADDRESS = "10.77.1.1"
+
+    def setUp(self):
+        super().setUp()
+        tag = f"ocu{os.getpid() % 10000}"
+        self.ns = {side: f"{tag}{side}" for side in "cfs"}
+        if os.geteuid() != 0 or command("ip", "netns", "add", self.ns["c"]).returncode != 0:
+            self.skipTest("no network namespaces here")
+        self.addCleanup(command, "ip", "netns", "del", self.ns["c"])
+        for number, side in ((1, "f"), (2, "s")):
+            name = self.ns[side]
+            self.assertEqual(command("ip", "netns", "add", name).returncode, 0)
+            self.addCleanup(command, "ip", "netns", "del", name)
+            made = command("ip", "link", "add", f"{tag}{side}0", "netns", self.ns["c"], "type", "veth", "peer", "name",
+                           f"{tag}{side}1", "netns", name)
+            if made.returncode != 0:
+                self.skipTest("no virtual links here")
+            self.link = f"{tag}s0"
+            for where, device, host in ((self.ns["c"], f"{tag}{side}0", 1), (name, f"{tag}{side}1", 2)):
+                self.assertEqual(command("ip", "-n", where, "addr", "add", f"10.77.{number}.{host}/24", "dev", device).returncode, 0)
+                self.assertEqual(command("ip", "-n", where, "link", "set", device, "up").returncode, 0)
+            command("ip", "-n", name, "route", "add", "default", "via", f"10.77.{number}.1")
+            command("ip", "-n", name, "link", "set", "lo", "up")
+        command("ip", "-n", self.ns["c"], "link", "set", "lo", "up")
+
+    def launch(self, side, words, env=None):
+        process = subprocess.Popen(["ip", "netns", "exec", self.ns[side], *map(str, words)], text=True,
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env={**os.environ, **(env or {})})
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        return process
+
+    def start_all(self, *arguments, env=None):
+        """Three hosts; each has only its own key."""
+        made = self.tool("keygen", self.path("keys"))
+        self.assertEqual(made.code, 0, made.text)
+        self.begin = time.monotonic()
+        coupler = self.launch("c", [os.path.join(BIN, "coupler"), self.case, "--out", self.path("out"), "--quiet", "--await",
+                                    "--endpoint", f"tcp://{self.ADDRESS}:46801", "--keys", self.path("keys"), *arguments])
+        self.wait_for("out", "connection.env")
+        sides = []
+        for side, program in (("s", SOLID), ("f", FLOW)):
+            keys = self.path(f"keys-{side}")
+            os.mkdir(keys)
+            name = "solid.key" if side == "s" else "flow.key"
+            shutil.copy2(self.path("keys", name), keys)
+            here = {"OCUBLAST_ENDPOINT": f"tcp://{self.ADDRESS}:46801", "OCUBLAST_KEYS": keys, **(env or {})}
+            sides.append(self.launch(side, [program, self.case, *arguments], here))
+        return coupler, sides
+
+    def cut(self, down):
+        self.assertEqual(command("ip", "-n", self.ns["c"], "link", "set", self.link, "down" if down else "up").returncode, 0)
+
+    def test_three_hosts_give_the_same_results_as_one(self):
+        one = self.run_coupler(out="one")
+        self.assertEqual(one.code, 0, one.text)
+        coupler, sides = self.start_all()
+        text = coupler.communicate(timeout=60)[0]
+        self.assertEqual(coupler.returncode, 0, text)
+        self.assertEqual([s.wait(timeout=5) for s in sides], [0, 0])
+        self.assertEqual(self.rows("out"), self.rows("one"))
+
+    def test_cut_link_that_comes_back_is_no_fault(self):
+        slow = ("--set", "coupling.silence_limit_s=20.0", "--set", "time.end_s=40.0")
+        one = self.run_coupler(*slow, out="one")
+        self.assertEqual(one.code, 0, one.text)
+        coupler, sides = self.start_all(*slow, env={"OCU_TOY_FAULT_SOLID": "late@100"})
+        self.wait_for("out", "coupling.csv")
+        time.sleep(0.2)
+        self.cut(True)
+        time.sleep(0.4)
+        self.cut(False)
+        text = coupler.communicate(timeout=60)[0]
+        self.assertEqual(coupler.returncode, 0, text + "".join(s.communicate()[0] for s in sides))
+        self.assertEqual([s.wait(timeout=5) for s in sides], [0, 0])
+        self.assertEqual(self.rows("out"), self.rows("one"))
+
+    def test_cut_link_that_stays_cut_ends_all_within_the_limit(self):
+        coupler, sides = self.start_all("--set", "coupling.silence_limit_s=1.0", "--set", "time.end_s=400.0")
+        self.wait_for("out", "coupling.csv")
+        time.sleep(0.3)
+        begin = time.monotonic()
+        self.cut(True)
+        text = coupler.communicate(timeout=30)[0]
+        self.assertEqual(coupler.returncode, 3, text)
+        self.assertRegex(text, r"solid \(spring 1\) failed in window \d+ .*no heartbeat in time")
+        self.assertEqual([s.wait(timeout=10) for s in sides], [3, 3])
+        self.assertLess(time.monotonic() - begin, 1.0 + 2.0 + SLACK)
+
+    def test_key_of_another_run_is_refused(self):
+        old = self.path("old")
+        for folder in (old, self.path("keys")):
+            self.assertEqual(self.tool("keygen", folder).code, 0)
+        self.assertEqual(self.tool("keygen", old).code, 3)  # never written over
+        coupler = self.launch("c", [os.path.join(BIN, "coupler"), self.case, "--out", self.path("out"), "--quiet", "--await",
+                                    "--endpoint", f"tcp://{self.ADDRESS}:46802", "--keys", self.path("keys"), "--set",
+                                    "coupling.start_limit_s=3.0"])
+        self.wait_for("out", "connection.env")
+        late = self.launch("s", [SOLID, self.case], {"OCUBLAST_ENDPOINT": f"tcp://{self.ADDRESS}:46802",
+                                                     "OCUBLAST_KEYS": old, "OCUBLAST_SILENCE_LIMIT_S": "2"})
+        text = late.communicate(timeout=30)[0]
+        self.assertEqual(late.returncode, 3, text)
+        self.assertEqual(coupler.wait(timeout=30), 3)
+
+
+class Tools(CouplerTest):
+    def test_status_and_event_log_tell_how_a_run_ended(self):
+        ended = self.run_coupler("--set", "flow.fault=kill", "--set", "flow.fault_window=9", out="bad")
+        self.assertEqual(ended.code, 3, ended.text)
+        told = self.tool("status", self.path("bad"))
+        self.assertEqual(told.code, 0, told.text)
+        self.assertIn("piston: failed", told.text)
+        self.assertIn("killed by signal 9", told.text)
+        events = [json.loads(line) for line in self.read("bad", "log", "events.jsonl").splitlines()]
+        self.assertEqual([e["event"] for e in events], ["started", "ready", "failed"])
+        self.assertEqual(events[-1]["window"], 8)
+        self.assertIn("flow (gas_column 1) failed in window 9", events[-1]["reason"])
+        good = self.run_coupler(out="good")
+        self.assertEqual(good.code, 0, good.text)
+        self.assertIn("piston: ended", self.tool("status", self.path("good")).text)
+        self.assertEqual(self.tool("status", self.dir).code, 2)
+
+    def test_status_of_a_killed_coupler(self):
+        process = self.start("--set", "flow.fault=hang", "--set", "flow.fault_window=10")
+        self.wait_for("out", "status.json")
+        self.assertNotIn("gone", self.tool("status", self.path("out")).text)
+        process.kill()
+        process.communicate()
+        self.assertIn("but its coupler is gone", self.tool("status", self.path("out")).text)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
