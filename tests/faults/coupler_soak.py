@@ -61,6 +61,8 @@ class Soak(CouplerTest):
 
     def check_files(self, out, what):
         """Everything that looks finished is whole; the recording can be read up to where it ends."""
+        if not os.path.isdir(self.path(out)):  # killed before it had made its folder
+            return
         for name in os.listdir(self.path(out)):
             if name.startswith("traffic") and os.path.getsize(self.path(out, name)) > 0:
                 ended = self.tool("dump", self.path(out, name))

@@ -126,7 +126,7 @@ class Participant:
             return self.socket.recv_multipart()
         if self.monitor in ready:
             recv_monitor_message(self.monitor)
-            if self.socket.poll(50):  # what it said before it went counts
+            if self.socket.poll(500):  # what it said before it went counts
                 return self.socket.recv_multipart()
             raise LinkError(f"the coupler is gone while awaiting {what}")
         raise LinkError(f"no word from the coupler for {self.silence_limit} s while awaiting {what}")

@@ -11,6 +11,7 @@ import os
 import sys
 import tomllib
 from pathlib import Path
+from time import perf_counter
 
 ROOT = Path(__file__).resolve().parents[4]
 sys.path.insert(0, os.path.join(os.environ.get("OCU_BUILD") or ROOT / "build" / "release", "python"))
@@ -62,10 +63,11 @@ def serve(name, solid, options, mass_per_area):
             load = begin[1]
         after = np.zeros_like(load) if order.idle else order.overpressure.copy()
         before = load if order.load_linear else after
+        clock = perf_counter()
         x, v, work, impulse = solid.advance(before, after, order.t_end - order.t_begin, order.steps)
         window, time, load = order.window, order.t_end, after
         coupler.send(position=x, velocity=v, stable_step=solid.stable_step, steps_taken=order.steps, work=work,
-                     impulse=impulse, mass_per_area=mass_per_area)
+                     impulse=impulse, mass_per_area=mass_per_area, compute_seconds=perf_counter() - clock)
     coupler.goodbye()
 
 
