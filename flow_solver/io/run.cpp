@@ -407,10 +407,12 @@ void FlowRun::keep_state() {
 
 /// As at the start of a resumed run, from memory instead of a file.
 void FlowRun::rewind() {
-  const auto parts = flow_.checkpoint();
-  for (std::size_t k = 0; k < parts.size(); ++k)
-    std::copy(kept_.parts[k].begin(), kept_.parts[k].end(), parts[k].values.begin());
-  flow_.restored();
+  const auto put_back = [&] {
+    const auto parts = flow_.checkpoint();
+    for (std::size_t k = 0; k < parts.size(); ++k)
+      std::copy(kept_.parts[k].begin(), kept_.parts[k].end(), parts[k].values.begin());
+  };
+  put_back();
   clock_.time = kept_.time;
   clock_.step = kept_.step;
   clock_.window = kept_.window;
@@ -422,7 +424,9 @@ void FlowRun::rewind() {
     bodies_->move_to(clock_.time);
     bodies_->update_topology(flow_.primitives());
     bodies_->restore_history(kept_.history);
+    put_back();  // nodes that a wall going back set free were filled anew
   }
+  flow_.restored();  // takes the topology over: after the walls
   flow_.fill_domain_ghosts();
 }
 

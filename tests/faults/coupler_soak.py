@@ -91,7 +91,7 @@ class Soak(CouplerTest):
             what, code, text = self.run_with_fault(chance, arguments, out)
             slowest = max(slowest, time.monotonic() - begin)
             what = f"run {number}, {scheme}, {what}: "
-            self.assertIn(code, (0, 1, 3, 4, -9), what + text)
+            self.assertIn(code, (0, 1, 3, 4, -9, -2), what + text)  # -2: hit before it watched for signals
             counts[code] = counts.get(code, 0) + 1
             self.check_files(out, what)
             kept = self.path(out, "checkpoint")
