@@ -65,7 +65,7 @@ struct Flow::Core {
   std::array<LineMetric, 3> metric;
   RadialMetric radial;
   LineTable radial_table, box_radial_table;
-  std::vector<std::vector<double>> scratch;  ///< per thread
+  std::vector<FieldMemory> scratch;          ///< per thread
   std::vector<FieldMemory> plane_scratch;    ///< per thread, the x part of a plane's divergence
 
   std::vector<std::uint8_t> fluid, mark, failed;

@@ -154,14 +154,19 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
   set_context();
   set_masks_without_bodies();
   set_box({0, 0, 0}, {ctx.n[0], ctx.n[1], ctx.n[2]});
-  scratch.resize(static_cast<std::size_t>(options.threads));
   Grid plane = grid;
   plane.axis[2] = make_absent_axis();
-  for (int t = 0; t < options.threads; ++t) plane_scratch.emplace_back(plane, n_primitive, false);
-  const std::size_t size = kernels->scratch_doubles(ctx);
+  for (int t = 0; t < options.threads; ++t) {
+    scratch.emplace_back(kernels->scratch_doubles(ctx));
+    plane_scratch.emplace_back(plane, n_primitive, false);
+  }
   // Each thread touches its own scratch and its part of the fields first.
 #pragma omp parallel for schedule(static, 1) num_threads(options.threads)
-  for (int t = 0; t < options.threads; ++t) scratch[static_cast<std::size_t>(t)].assign(size, 0.0);
+  for (int t = 0; t < options.threads; ++t) {
+    for (const FieldMemory* m : {&scratch[static_cast<std::size_t>(t)], &plane_scratch[static_cast<std::size_t>(t)]}) {
+      std::fill(m->all().begin(), m->all().end(), 0.0);
+    }
+  }
   for (const FieldMemory* m : {&W, &R, &Q, &A, &G}) {
     const std::span<double> all = m->all();
     const auto count = static_cast<std::ptrdiff_t>(all.size());

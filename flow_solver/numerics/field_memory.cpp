@@ -27,15 +27,20 @@ FieldMemory::FieldMemory(const Grid& grid, int n_fields, bool ghost_rows) {
   block_.sj = row * n_fields;
   block_.sk = block_.sj * (grid.axis[1].n + 2 * ghosts(1)) + plane_pad;
   const std::ptrdiff_t count = block_.sk * (grid.axis[2].n + 2 * ghosts(2)) + 2 * margin;
-  const std::size_t bytes =
-      (static_cast<std::size_t>(count) * sizeof(double) + huge_page - 1) / huge_page * huge_page;
+  allocate(static_cast<std::size_t>(count));
+  block_.data = memory_ + margin + row_front + ghosts(1) * block_.sj + ghosts(2) * block_.sk;
+}
+
+FieldMemory::FieldMemory(std::size_t count) { allocate(count); }
+
+void FieldMemory::allocate(std::size_t count) {
+  const std::size_t bytes = (count * sizeof(double) + huge_page - 1) / huge_page * huge_page;
   void* raw = std::aligned_alloc(huge_page, bytes);
   if (raw == nullptr) throw std::bad_alloc();
   // Advice only; without huge pages everything works, 2 to 8 % slower.
   static_cast<void>(madvise(raw, bytes, MADV_HUGEPAGE));
   memory_ = static_cast<double*>(raw);
-  size_ = static_cast<std::size_t>(count);
-  block_.data = memory_ + margin + row_front + ghosts(1) * block_.sj + ghosts(2) * block_.sk;
+  size_ = count;
 }
 
 FieldMemory::~FieldMemory() { std::free(memory_); }

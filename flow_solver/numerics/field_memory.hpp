@@ -14,6 +14,9 @@ class FieldMemory {
   FieldMemory() = default;
   /// Room for n_fields on the grid; ghost rows and planes in y and z only where asked.
   FieldMemory(const Grid& grid, int n_fields, bool ghost_rows);
+  /// Plain room for so many doubles: a thread's scratch. Vectors that straddle cache lines would cost
+  /// twice, which a std::vector does not prevent.
+  explicit FieldMemory(std::size_t count);
   ~FieldMemory();
   FieldMemory(FieldMemory&& other) noexcept;
   FieldMemory& operator=(FieldMemory&& other) noexcept;
@@ -22,8 +25,10 @@ class FieldMemory {
 
   [[nodiscard]] const Block& block() const { return block_; }
   [[nodiscard]] std::span<double> all() const { return {memory_, size_}; }
+  [[nodiscard]] double* data() const { return memory_; }
 
  private:
+  void allocate(std::size_t count);
   double* memory_ = nullptr;
   std::size_t size_ = 0;
   Block block_;
