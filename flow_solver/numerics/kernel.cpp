@@ -14,7 +14,10 @@ std::size_t scratch_doubles(const Context& ctx) {
   const Index lines = face_doubles(ctx) + longest * 5 * tile_width + tile_width * node_record * tile_width;
   const Index segments = segment_doubles(ctx);
   const Index gauss_planes = (static_cast<Index>(ctx.n[1]) + 9) * 3 * ctx.R.sf + 64;
-  const Index most = lines + segments > gauss_planes ? lines + segments : gauss_planes;
+  const Index columns = column_doubles(ctx);
+  Index most = lines + segments;
+  if (gauss_planes > most) most = gauss_planes;
+  if (columns > most) most = columns;
   return static_cast<std::size_t>(most);
 }
 

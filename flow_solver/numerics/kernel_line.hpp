@@ -56,7 +56,6 @@ struct Source {
   /// transverse parts.
   const double* g[4];
   Index gl;
-  Index next = 0;      ///< distance to the same nodes of the next column; 0: no prefetch
   bool face_heat = true;  ///< kappa acts across faces
 };
 
@@ -213,7 +212,6 @@ OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const 
     }
   } else {
     const auto step = [&](Flux& a, Flux& b, Flux& c, Flux& d, int node) {
-      if constexpr (D == 2) prefetch_next(src.p + node * src.sl + src.next, src.sf, field_kappa + 1);
       diffusive_face<D>(s, src, node, node, coef, buf);
       d = line_flux<D, Visc>(gas, src, node);
       eliminate_face<D, Visc>(s.face, a, b, c, d, nullptr, node - lag, coef, buf);
@@ -290,39 +288,62 @@ OCU_INLINE Walk walk_of(int n, int face_begin, int face_end) {
   return w;
 }
 
-/// Substitution over faces from `face_end` down; the sink gets (node, divergence) from n - 1 to 0.
-template <int D, int Visc, class Coef, class Sink>
-OCU_INLINE void backward(int n, int face_end, const Coef& coef, double* buf, Sink&& sink) {
+/// State of the backward walk between calls.
+struct Backward {
   Vec face[5], right[5];
-  for (int q = 0; q < 5; ++q) face[q] = splat(0.0);
-  const auto substitute = [&](int j) {
-    const double* at = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
+};
+
+template <int D, int Visc, class Coef>
+OCU_INLINE void substitute_face(Backward& s, int j, const Coef& coef, const double* buf) {
+  const double* at = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
 #pragma GCC unroll 5
-    for (int q = 0; q < 5; ++q) {
-      face[q] = nmadd(coef.row(j, flux_class_size * class_of<D>(q) + flux_weights + 1), face[q], load(at + q * tile_width));
-    }
-  };
-  const auto total = [&](int j, Vec out[5]) {
-    const double* at = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
-    for (int q = 0; q < 5; ++q) out[q] = face[q];
-    out[4] = out[4] + load(at + 5 * tile_width);
-    if constexpr (Visc == narrow_viscosity) {
-      for (int a = 0; a < 3; ++a) out[1 + a] = out[1 + a] + load(at + (6 + a) * tile_width);
-    }
-  };
-  for (int j = face_end; j >= n; --j) substitute(j);
-  total(n, right);
-  for (int i = n - 1; i >= 0; --i) {
-    substitute(i);
+  for (int q = 0; q < 5; ++q) {
+    s.face[q] = nmadd(coef.row(j, flux_class_size * class_of<D>(q) + flux_weights + 1), s.face[q],
+                      load(at + q * tile_width));
+  }
+}
+
+/// Whole flux of face j: that of the solve and what crosses the face directly.
+template <int Visc>
+OCU_INLINE void total_flux(const Backward& s, int j, const double* buf, Vec out[5]) {
+  const double* at = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
+  for (int q = 0; q < 5; ++q) out[q] = s.face[q];
+  out[4] = out[4] + load(at + 5 * tile_width);
+  if constexpr (Visc == narrow_viscosity) {
+    for (int a = 0; a < 3; ++a) out[1 + a] = out[1 + a] + load(at + (6 + a) * tile_width);
+  }
+}
+
+/// Faces from the end of the solve down to face n.
+template <int D, int Visc, class Coef>
+OCU_INLINE void start_backward(Backward& s, int n, int face_end, const Coef& coef, const double* buf) {
+  for (int q = 0; q < 5; ++q) s.face[q] = splat(0.0);
+  for (int j = face_end; j >= n; --j) substitute_face<D, Visc>(s, j, coef, buf);
+  total_flux<Visc>(s, n, buf, s.right);
+}
+
+/// Nodes from `high` down to `low`; the sink gets (node, divergence).
+template <int D, int Visc, class Coef, class Sink>
+OCU_INLINE void backward_nodes(Backward& s, int high, int low, const Coef& coef, const double* buf, Sink&& sink) {
+  for (int i = high; i >= low; --i) {
+    substitute_face<D, Visc>(s, i, coef, buf);
     Vec left[5], div[5];
-    total(i, left);
+    total_flux<Visc>(s, i, buf, left);
     const Vec inverse_h = coef.inverse_h(i);
     for (int q = 0; q < 5; ++q) {
-      div[q] = (right[q] - left[q]) * inverse_h;
-      right[q] = left[q];
+      div[q] = (s.right[q] - left[q]) * inverse_h;
+      s.right[q] = left[q];
     }
     sink(i, div);
   }
+}
+
+/// Substitution over faces from `face_end` down; the sink gets (node, divergence) from n - 1 to 0.
+template <int D, int Visc, class Coef, class Sink>
+OCU_INLINE void backward(int n, int face_end, const Coef& coef, const double* buf, Sink&& sink) {
+  Backward s;
+  start_backward<D, Visc>(s, n, face_end, coef, buf);
+  backward_nodes<D, Visc>(s, n - 1, 0, coef, buf, sink);
 }
 
 /// Lanes of a line solve, for the first-order flux at marked nodes.

@@ -177,14 +177,12 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
   }
 }
 
-/// Forward part of a y or z line of a tile, straight from the rows.
-template <int D, int Visc, bool Eight>
-OCU_INLINE void forward_whole(const Context& ctx, int i0, int j, int k, double* buf, Index next = 0) {
-  const LineView& line = ctx.line[D];
+/// Where a y or z line of a tile lies in the rows.
+template <int D, int Visc>
+OCU_INLINE Source whole_source(const Context& ctx, int i0, int j, int k) {
   const Block& w = ctx.W;
-  const Index sl = D == 1 ? w.sj : w.sk;
   const double* base = w.data + i0 + j * w.sj + k * w.sk;
-  Source src{base, w.sf, sl, nullptr, {}, 0};
+  Source src{base, w.sf, D == 1 ? w.sj : w.sk, nullptr, {}, 0};
   src.face_heat = !ctx.paper;
   if constexpr (Visc == nodal_viscosity) {
     const Block& g = ctx.G;
@@ -192,14 +190,21 @@ OCU_INLINE void forward_whole(const Context& ctx, int i0, int j, int k, double* 
     src.gl = D == 1 ? g.sj : g.sk;
     for (int q = 0; q < 4; ++q) src.g[q] = at + stress_component[D][q] * g.sf;
   }
-  src.next = next;
+  return src;
+}
+
+/// Forward part of a y line of a tile, straight from the rows.
+template <int Visc, bool Eight>
+OCU_INLINE void forward_y(const Context& ctx, int i0, int k, double* buf) {
+  const LineView& line = ctx.line[1];
+  const Source src = whole_source<1, Visc>(ctx, i0, 0, k);
   const GasVec gas(ctx);
   const UniformCoef coef = uniform_coef(line);
-  const Walk walk = walk_of<Eight>(ctx.n[D], line.face_begin, line.face_end);
+  const Walk walk = walk_of<Eight>(ctx.n[1], line.face_begin, line.face_end);
   Forward<Visc, Eight> forward;
-  start_forward<D>(forward, gas, src, walk.first, walk.missing_low);
-  forward_nodes<D>(forward, gas, src, walk.first, walk.last + 1, coef, buf);
-  end_forward<D>(forward, walk.last, walk.missing_high, coef, buf);
+  start_forward<1>(forward, gas, src, walk.first, walk.missing_low);
+  forward_nodes<1>(forward, gas, src, walk.first, walk.last + 1, coef, buf);
+  end_forward<1>(forward, walk.last, walk.missing_high, coef, buf);
 }
 
 template <int Visc, bool Eight>
@@ -221,7 +226,7 @@ void sweep_y_tile(const Context& shared, double* scratch, int k, int tile) {
     return;
   }
   double* buf = face_zero(scratch);
-  forward_whole<1, Visc, Eight>(ctx, i0, 0, k, buf);
+  forward_y<Visc, Eight>(ctx, i0, k, buf);
   double* r = ctx.R.data + i0 + k * ctx.R.sk;
   const double* x = ctx.X.data + i0 + k * ctx.X.sk;
   const auto sink = [&](int j, const Vec div[5]) OCU_FORCE {
