@@ -109,6 +109,9 @@ struct Flow::Core {
   double now = 0.0;  ///< s, of the state in W
   void set_time(double t);
   void fill_scalar(const Block& block, int field);
+  /// Calls body(scratch, plane k, rows j0, j1) for all rows of the box, in blocks of rows over all planes.
+  template <class Body>
+  void for_row_blocks(const Body& body);
   /// Ghosts, artificial diffusivity and step limits of the current state.
   void prepare();
   [[nodiscard]] bool fresh_charge() const;
@@ -143,6 +146,8 @@ struct Flow::Core {
   void sweep_planes();
   void sweep_one_plane();
   [[nodiscard]] long update_rows();
+  [[nodiscard]] long filter_plane(double* own, int k);
+  void filter_one_plane();
   [[nodiscard]] long finish_planes();
   void restore();
   std::size_t repair_failures(bool final_state);

@@ -175,10 +175,10 @@ struct Kernels {
   long (*premark_plane)(const Context&, int k, double ratio);
   /// Sensors: theta (and strain) into R, maxima of convection and pressure.
   void (*theta_plane)(const Context&, int k, PlaneMaxima&);
-  /// Fourth differences of theta (or strain) and T into R.
-  void (*sensor_plane)(const Context&, int k);
-  /// Gaussian average, coefficients, cap, maximum of diffusion.
-  void (*diffusivity_plane)(const Context&, double* scratch, int k, PlaneMaxima&);
+  /// Fourth differences of theta (or strain) and T in rows [j0, j1) of plane k into R.
+  void (*sensor_rows)(const Context&, int k, int j0, int j1);
+  /// Gaussian average, coefficients and cap in rows [j0, j1) of plane k; raises the maximum of diffusion.
+  void (*diffusivity_rows)(const Context&, double* scratch, int k, int j0, int j1, PlaneMaxima&);
 };
 
 namespace isa_baseline { const Kernels& kernels() noexcept; }

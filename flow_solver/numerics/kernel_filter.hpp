@@ -220,6 +220,10 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
     for (int t = 0; t < ctx.tiles; ++t) {
       const Index i0 = static_cast<Index>(t) * tile_width;
       for (int f = 0; f < 5; ++f) rows_to_nodes(a_row, f * ctx.A.sf + i0, pencil + i0 * step + f * tile_width, step);
+      for (int l = 0; l < tile_width; ++l) {  // the rows that come next, and where their primitives go
+        prefetch_next(a_row[l] + tile_width * ctx.A.sj + i0, ctx.A.sf, 5);
+        prefetch_next(w_row[l] + i0, ctx.W.sf, 5);
+      }
     }
     const auto set = [&](int to, int f, Vec v) { store(pencil + static_cast<Index>(to) * step + f * tile_width, v); };
     const auto get = [&](int from, int f) { return load(pencil + static_cast<Index>(from) * step + f * tile_width); };

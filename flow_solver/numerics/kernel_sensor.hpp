@@ -200,12 +200,12 @@ inline long premark_plane(const Context& ctx, int k, double ratio) {
   return count;
 }
 
-inline void sensor_plane(const Context& shared, int k) {
+inline void sensor_rows(const Context& shared, int k, int j0, int j1) {
   const Context ctx = shared;
   const Metrics m(ctx);
   const Block& r = ctx.R;
   const Vec cv = splat(ctx.gas_constant / (ctx.gamma - 1.0)), zero = splat(0.0);
-  for (int j = 0; j < ctx.n[1]; ++j) {
+  for (int j = j0; j < j1; ++j) {
     for (int t = 0; t < ctx.tiles; ++t) {
       const int i0 = t * tile_width;
       double* at = r.data + i0 + j * r.sj + k * r.sk;
@@ -239,7 +239,7 @@ inline void sensor_plane(const Context& shared, int k) {
 OCU_INLINE Vec gauss_sum(const double* p, Index s) {
   Vec sum = splat(gauss[0]) * load(p);
 #pragma GCC unroll 4
-  for (int d = 1; d <= 4; ++d) sum = sum + splat(gauss[d]) * (load(p - d * s) + load(p + d * s));
+  for (int d = 1; d <= 4; ++d) sum = madd(splat(gauss[d]), load(p - d * s) + load(p + d * s), sum);
   return sum;
 }
 
@@ -282,7 +282,7 @@ OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Di
   return vmax(motion, heat);
 }
 
-inline void diffusivity_plane(const Context& shared, double* scratch, int k, PlaneMaxima& out) {
+inline void diffusivity_rows(const Context& shared, double* scratch, int k, int j0, int j1, PlaneMaxima& out) {
   const Context ctx = shared;
   const Metrics m(ctx);
   const Block& r = ctx.R;
@@ -290,7 +290,7 @@ inline void diffusivity_plane(const Context& shared, double* scratch, int k, Pla
   const int field[3] = {sensor_bulk, sensor_heat, sensor_shear};
   // A row with its margins; node 0 at 8.
   const Index width = tile_width + (ctx.n[0] + 4 + tile_width - 1) / tile_width * tile_width;
-  const int low = ctx.present[1] ? -4 : 0, rows = ctx.n[1] + (ctx.present[1] ? 8 : 0);
+  const int low = j0 - (ctx.present[1] ? 4 : 0), rows = j1 - j0 + (ctx.present[1] ? 8 : 0);
   double* averaged_z = scratch;
   double* averaged_y = scratch + static_cast<Index>(rows) * 3 * width;
   const Index first = -tile_width;
@@ -304,7 +304,7 @@ inline void diffusivity_plane(const Context& shared, double* scratch, int k, Pla
     }
   }
   Vec worst = splat(0.0);
-  for (int j = 0; j < ctx.n[1]; ++j) {
+  for (int j = j0; j < j1; ++j) {
     for (int f = 0; f < fields; ++f) {
       const double* from = averaged_z + (static_cast<Index>(j - low) * 3 + f) * width;
       for (Index i = 0; i < width; i += tile_width) {
@@ -321,7 +321,8 @@ inline void diffusivity_plane(const Context& shared, double* scratch, int k, Pla
       worst = vmax(worst, fluid == 0xffu ? rate : select(fluid, rate, worst));
     }
   }
-  out.diffusion = largest_lane(worst);
+  const double largest = largest_lane(worst);
+  if (largest > out.diffusion) out.diffusion = largest;
 }
 
 }  // namespace ocublast::flow::OCU_ISA
