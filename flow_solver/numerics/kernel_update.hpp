@@ -135,54 +135,6 @@ OCU_INLINE void fill_bulk_ghosts_z(const Context& ctx, int i0, int j) {
   }
 }
 
-/// One column of tiles along z.
-struct Column {
-  int i0, tile, j;
-  unsigned cut;          ///< lanes whose line is cut
-  unsigned marked;       ///< lanes with first-order faces
-  bool solved;           ///< whether any lane's line is whole
-  double *buf, *pencil;  ///< scratch: faces, and the new state in the last stage (or null)
-};
-
-/// Columns that are swept together, and the nodes that one of them walks before the next one goes on:
-/// a single column takes one cache line of every row, one page or more from the next one, which the
-/// memory delivers at a third of its speed.
-inline constexpr int column_group = 8;
-inline constexpr int column_walk = 8;
-
-/// Asks for `fields` of the rows of `columns` tiles from node p on.
-OCU_INLINE void prefetch_rows(const double* p, Index sf, int fields, int columns) {
-  for (int f = 0; f < fields; ++f) {
-    for (int t = 0; t < columns; ++t) __builtin_prefetch(p + f * sf + t * tile_width, 0, 2);
-  }
-}
-
-template <int Visc, bool Eight>
-[[gnu::noinline]] void forward_columns(const Context& shared, const Column* cols, int count) {
-  const Context ctx = shared;  // a copy: vector stores could alias the shared one
-  const LineView& line = ctx.line[2];
-  const GasVec gas(ctx);
-  const UniformCoef coef = uniform_coef(line);
-  const Walk walk = walk_of<Eight>(ctx.n[2], line.face_begin, line.face_end);
-  Forward<Visc, Eight> state[column_group];
-  const double* first = ctx.W.data + cols[0].i0 + cols[0].j * ctx.W.sj;
-  for (int k0 = walk.first; k0 <= walk.last; k0 += column_walk) {
-    const int k1 = k0 + column_walk <= walk.last ? k0 + column_walk : walk.last + 1;
-    for (int t = 0; t < count; ++t) {
-      for (int k = k0 + column_walk + t; k < k1 + column_walk && k <= walk.last; k += count) {
-        prefetch_rows(first + k * ctx.W.sk, ctx.W.sf, field_kappa + 1, count);
-      }
-      if (!cols[t].solved) continue;
-      const Source src = whole_source<2, Visc>(ctx, cols[t].i0, cols[t].j, 0);
-      if (k0 == walk.first) start_forward<2>(state[t], gas, src, walk.first, walk.missing_low);
-      forward_nodes<2>(state[t], gas, src, k0, k1, coef, cols[t].buf);
-    }
-  }
-  for (int t = 0; t < count; ++t) {
-    if (cols[t].solved) end_forward<2>(state[t], walk.last, walk.missing_high, coef, cols[t].buf);
-  }
-}
-
 /// Backward pass and update of a stage where all lanes are whole lines without marks.
 template <int Visc, int Stage>
 [[gnu::noinline]] long backward_columns(const Context& shared, const Column* cols, int count) {
@@ -320,7 +272,7 @@ long update_columns(const Context& ctx, double* scratch, int j, int tile, int co
     plain = plain && cols[t].cut == 0 && cols[t].marked == 0;
     if (ctx.bulk && cols[t].solved) fill_bulk_ghosts_z(ctx, cols[t].i0, j);
   }
-  forward_columns<Visc, Eight>(ctx, cols, count);
+  forward_columns<2, Visc, Eight>(ctx, cols, count);
   long failures = 0;
   if (!plain) {
     for (int t = 0; t < count; ++t) failures += backward_column_slow<Visc>(ctx, cols[t]);
@@ -345,12 +297,9 @@ inline long update_row(const Context& ctx, double* scratch, int j) {
     for (int t = 0; t < ctx.tiles; ++t) failures += update_flat(ctx, j, t);
     return failures;
   }
-  // Groups of nearly equal size.
-  const int groups = (ctx.tiles + column_group - 1) / column_group;
-  for (int g = 0; g < groups; ++g) {
-    const int first = g * ctx.tiles / groups, count = (g + 1) * ctx.tiles / groups - first;
+  by_column_groups(0, ctx.tiles, [&](int first, int count) {
     OCU_VARIANT(ctx, failures += update_columns, ctx, scratch, j, first, count);
-  }
+  });
   if (ctx.stream) _mm_sfence();
   return failures;
 }
