@@ -1,12 +1,15 @@
 // Cell updates per second of the whole step (four stages, diffusivity, filter) in a cube, and where
 // the time goes. Usage: flow_speed [n ...] [-t threads] [-v] [-p] [-i isa] [-s steps]; without -t one
-// and two threads; -v with viscosity, -p prints the passes.
+// and two threads; -v with viscosity, -m with marked nodes in every pencil of the front, -p prints the
+// passes; -b a blast and -q a quiet gas with and without the active box; -l the limits of the machine.
+// With -j every run is one line of JSON as well.
 //
 // Processor time, and the fastest of the steps: what the machine does for others then matters least.
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -23,7 +26,7 @@ using namespace ocublast::flow;
 struct Request {
   std::vector<int> sizes;
   std::vector<int> threads{1, 2};
-  bool viscous = false, passes = false;
+  bool viscous = false, passes = false, marked = false, json = false;
   const char* isa = "";
   int steps = 0;
 };
@@ -44,6 +47,7 @@ Rate rate(int n, int threads, const Request& r) {
     o.viscosity = Viscosity::constant;
     o.dynamic_viscosity = 1e-5;
   }
+  if (r.marked) o.premark_ratio = 1.5;
   Flow flow(uniform_grid({n, n, n}, {0, 0, 0}, {1, 1, 1}), all_faces(BoundaryKind::symmetry), o);
   flow.set_state([](double x, double y, double z) {
     return State{.rho = 1.0, .p = x * x + y * y + z * z < 0.09 ? 8.0 : 1.0};
@@ -74,10 +78,105 @@ Rate rate(int n, int threads, const Request& r) {
   return out;
 }
 
+double cpu_now() { return PassClock::now(); }
+
+/// A ball of hot gas in the middle of a cube until its front reaches the faces, with and without the
+/// active box: processor time of both, largest relative difference of the pressure.
+void blast(int n, double tolerance, bool json) {
+  const auto run = [&](bool box, std::vector<double>& p, double& share) {
+    FlowOptions o = unit_options();
+    o.active_box = box;
+    o.active_tolerance = tolerance;
+    o.quiescent = State{.rho = 1.0, .p = 1.0};
+    Boundaries faces = all_faces(BoundaryKind::outflow, o.quiescent);
+    Flow flow(uniform_grid({n, n, n}, {-1, -1, -1}, {1, 1, 1}), faces, o);
+    const double h = 2.0 / n, radius = 4.0 * h;
+    flow.set_state([&](double x, double y, double z) {
+      return State{.rho = 1.0, .p = x * x + y * y + z * z < radius * radius ? 1000.0 : 1.0};
+    });
+    const double begin = cpu_now();
+    double front = 0.0, t = 0.0;
+    share = 0.0;
+    int steps = 0;
+    const auto W = flow.primitives();
+    while (front < 1.0 - 2.0 * h) {
+      const double dt = flow.stable_step();
+      share += flow.advance(t, dt).active_share;
+      t += dt;
+      ++steps;
+      for (int i = n / 2; i < n; ++i) {  // the outermost node where the pressure has risen by a tenth
+        if (W(0, i, n / 2, n / 2) * W(4, i, n / 2, n / 2) > 1.1) front = (i + 0.5) * h - 1.0;
+      }
+    }
+    const double seconds = cpu_now() - begin;
+    share /= steps;
+    for (int k = 0; k < n; ++k) {
+      for (int j = 0; j < n; ++j) {
+        for (int i = 0; i < n; ++i) p.push_back(W(0, i, j, k) * W(4, i, j, k));
+      }
+    }
+    return seconds;
+  };
+  std::vector<double> whole, part;
+  double share = 1.0, all = 1.0;
+  const double t_whole = run(false, whole, all), t_part = run(true, part, share);
+  double difference = 0.0;
+  for (std::size_t i = 0; i < whole.size(); ++i) difference = std::max(difference, std::abs(part[i] / whole[i] - 1.0));
+  std::printf("blast in a cube %d^3, tolerance %.0e: %.2f times faster, mean share %.2f, largest difference %.1e\n", n,
+              tolerance, t_whole / t_part, share, difference);
+  if (json) {
+    std::printf("{\"kind\": \"blast\", \"n\": %d, \"tolerance\": %g, \"speedup\": %g, \"share\": %g, \"difference\": %g}\n",
+                n, tolerance, t_whole / t_part, share, difference);
+  }
+}
+
+/// Time of a step of gas at rest in an active box against that of all of it.
+void quiet(int n, bool json) {
+  double seconds[2] = {}, share = 1.0;
+  for (const bool box : {false, true}) {
+    FlowOptions o = unit_options();
+    o.active_box = box;
+    o.quiescent = State{.rho = 1.0, .p = 1.0};
+    Flow flow(uniform_grid({n, n, n}, {-1, -1, -1}, {1, 1, 1}), all_faces(BoundaryKind::outflow, o.quiescent), o);
+    flow.set_state([&](double, double, double) { return o.quiescent; });
+    seconds[box ? 1 : 0] = 1e300;
+    for (int s = 0; s < 4; ++s) {
+      const double begin = cpu_now();
+      share = flow.advance(0.0, flow.stable_step()).active_share;
+      seconds[box ? 1 : 0] = std::min(seconds[box ? 1 : 0], cpu_now() - begin);
+    }
+  }
+  std::printf("quiet %d^3: a step takes %.2f %% of the whole one, share %.3f\n", n, 100.0 * seconds[1] / seconds[0],
+              share);
+  if (json) std::printf("{\"kind\": \"quiet\", \"n\": %d, \"part\": %g, \"share\": %g}\n", n, seconds[1] / seconds[0], share);
+}
+
+/// What the memory gives one thread: bytes read per second in eight streams.
+void limits(bool json) {
+  constexpr std::size_t streams = 8, length = std::size_t{1} << 21;
+  std::vector<double> data(streams * length, 1e-3);
+  double read = 1e300, sum = 0.0;
+  for (int repeat = 0; repeat < 7; ++repeat) {
+    const double begin = cpu_now();
+    std::array<double, 8> s{};
+    for (std::size_t i = 0; i < length; i += 8) {
+      for (std::size_t q = 0; q < streams; ++q) {
+        for (std::size_t l = 0; l < 8; ++l) s[l] += data[q * length + i + l];
+      }
+    }
+    read = std::min(read, cpu_now() - begin);
+    for (double v : s) sum += v;
+  }
+  const double bandwidth = 8.0 * static_cast<double>(streams * length) / read;
+  std::printf("limits: %.1f GB/s read by one thread (check %.3g)\n", 1e-9 * bandwidth, sum);
+  if (json) std::printf("{\"kind\": \"limits\", \"read\": %g}\n", bandwidth);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   Request r;
+  char scene = ' ';
   for (int a = 1; a < argc; ++a) {
     const std::string_view arg(argv[a]);
     const bool more = a + 1 < argc;
@@ -85,16 +184,34 @@ int main(int argc, char** argv) {
     else if (arg == "-i" && more) r.isa = argv[++a];
     else if (arg == "-s" && more) r.steps = std::atoi(argv[++a]);
     else if (arg == "-v") r.viscous = true;
+    else if (arg == "-m") r.marked = true;
+    else if (arg == "-j") r.json = true;
+    else if (arg == "-b" || arg == "-q" || arg == "-l") scene = arg[1];
     else if (arg == "-p") r.passes = true;
     else r.sizes.push_back(std::atoi(argv[a]));
   }
+  if (scene == 'l') return limits(r.json), 0;
   if (r.sizes.empty()) r.sizes = {64, 128};
+  if (scene != ' ') {
+    for (int n : r.sizes) {
+      if (scene == 'q') quiet(n, r.json);
+      else for (const double tolerance : {1e-9, 1e-6}) blast(n, tolerance, r.json);
+    }
+    return 0;
+  }
   for (int n : r.sizes) {
     for (int threads : r.threads) {
       const Rate x = rate(n, threads, r);
       std::printf("flow_speed %d^3, %d thread%s%s: %.2f million cells/s, %.2f per processor second, best step %.2f\n",
                   n, threads, threads > 1 ? "s" : "", r.viscous ? ", viscous" : "", 1e-6 * x.wall, 1e-6 * x.cpu,
                   1e-6 * x.best);
+      if (r.json) {
+        std::printf("{\"kind\": \"rate\", \"n\": %d, \"threads\": %d, \"viscous\": %s, \"marked\": %s, \"wall\": %g, "
+                    "\"cpu\": %g, \"best\": %g, \"passes\": [", n, threads, r.viscous ? "true" : "false",
+                    r.marked ? "true" : "false", x.wall, x.cpu, x.best);
+        for (std::size_t p = 0; p < n_passes; ++p) std::printf("%s%g", p > 0 ? ", " : "", x.pass[p]);
+        std::printf("]}\n");
+      }
       if (!r.passes) continue;
       std::printf("  ns per cell and step:");
       for (std::size_t p = 0; p < n_passes; ++p) std::printf(" %s %.1f,", pass_names[p], x.pass[p]);
