@@ -82,7 +82,7 @@ class Solvers(CouplerTest):
                 self.assertEqual(resumed, whole[window:])
 
     def test_interrupted_and_resumed_run_equals_the_uninterrupted_one(self):
-        longer = ("--set", "time.end_s=6e-4")
+        longer = (*SHORT, "--set", "time.end_s=1e-3")
         whole = self.completed(*longer, out="whole")
         process = self.start(*longer, out="stopped")
         self.wait_for("stopped", "traffic.ocu")
