@@ -48,8 +48,13 @@ function(ocublast_conformance name)
 endfunction()
 ocublast_conformance(spring --case ${CMAKE_CURRENT_SOURCE_DIR}/coupled/recordings/toy_piston.toml --width 0.01 --pressure 1e-6
   -- $<TARGET_FILE:coupler_spring>)
-ocublast_conformance(python_fenicsx --case ${CMAKE_SOURCE_DIR}/cases/panel/case.toml --width 1e-6 --pressure 1e5
-  -- /usr/bin/python3 ${CMAKE_SOURCE_DIR}/coupler/link/python/examples/fenicsx_panel.py)
+# Debian's dolfinx may be absent where only ours is wanted.
+execute_process(COMMAND /usr/bin/python3 -c "import importlib.util as u, sys; sys.exit(u.find_spec('dolfinx') is None)"
+                RESULT_VARIABLE NO_DOLFINX OUTPUT_QUIET ERROR_QUIET)
+if(NOT NO_DOLFINX)
+  ocublast_conformance(python_fenicsx --case ${CMAKE_SOURCE_DIR}/cases/panel/case.toml --width 1e-6 --pressure 1e5
+    -- /usr/bin/python3 ${CMAKE_SOURCE_DIR}/coupler/link/python/examples/fenicsx_panel.py)
+endif()
 foreach(class FullDisk Network Tools)
   ocublast_coupler_test(coupler_${class} faults faults/coupler_system.py ${class} 180)
 endforeach()
