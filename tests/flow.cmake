@@ -1,11 +1,15 @@
 # Tests of the flow core; see ocublast_test in CMakeLists.txt.
 ocublast_test(NAME test_flow_grid LABEL unit SOURCES unit/flow_grid.cpp LIBRARIES ocublast_flow_grid)
 
-foreach(name shock_tube smooth invariants viscous)
+foreach(name shock_tube smooth invariants viscous strong open_ends)
   ocublast_test(NAME test_flow_${name} LABEL verification SOURCES verification/flow_${name}.cpp
                 LIBRARIES ocublast_flow_core TIMEOUT 120)
   target_include_directories(test_flow_${name} PRIVATE ${CMAKE_SOURCE_DIR})
 endforeach()
+
+ocublast_test(NAME test_flow_blast LABEL verification LONG SOURCES verification/flow_blast.cpp
+              LIBRARIES ocublast_flow_core TIMEOUT 180)
+target_include_directories(test_flow_blast PRIVATE ${CMAKE_SOURCE_DIR})
 
 if(TARGET ocublast_flow_step)
   ocublast_test(NAME test_flow_cut_lines LABEL verification SOURCES verification/flow_cut_lines.cpp

@@ -113,6 +113,9 @@ void read_initial(Section& flow, FlowCase& result) {
     table.choice("axis", result.initial.axis, axes, {.help = "direction of the interface"});
     table.real("position_m", result.initial.position,
                {.unit = "m", .required = !table.listing(), .help = "place of the interface"});
+    table.real("interface_width_cells", result.initial.interface_width,
+               {.unit = "1", .min = 0.05, .max = 4.0,
+                .help = "width of the start's tanh; 0.5 where a shock moves already, 0.4 from rest"});
     result.initial.left = read_gas_state(table.table("left", "gas below the interface"), result.common);
     result.initial.right = read_gas_state(table.table("right", "gas above the interface"), result.common);
   }

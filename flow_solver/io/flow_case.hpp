@@ -55,6 +55,7 @@ struct InitialCase {
   InitialKind kind = InitialKind::uniform;
   int axis = 0;           ///< of the Riemann problem
   double position = 0.0;  ///< m, of its interface
+  double interface_width = 0.5;  ///< of the tanh across it, in cells
   GasState left, right;   ///< of its two sides; uniform: ambient at rest
 };
 

@@ -83,7 +83,7 @@ std::vector<StartQuantity> apply_initial_state(const FlowCase& flow_case, const 
     if (flow_case.initial.kind == InitialKind::riemann) {
       const int node = a == 0 ? i : (a == 1 ? j : k);
       state = interface_state(left, right, grid.axis[a].x(node) - flow_case.initial.position,
-                              grid.axis[a].h(node));
+                              grid.axis[a].h(node), flow_case.initial.interface_width);
     }
     const std::size_t cell =
         static_cast<std::size_t>(i) +

@@ -10,9 +10,10 @@ namespace ocublast::flow {
 /// out of it, and narrower than the shock.
 inline constexpr double interface_width = 0.5;
 
-/// State at the distance s [m] beyond a plane interface on a grid of spacing h [m].
-[[nodiscard]] inline State interface_state(const State& left, const State& right, double s, double h) {
-  const double f = 0.5 * (1.0 + std::tanh(s / (interface_width * h)));
+/// State at the distance s [m] beyond a plane interface on a grid of spacing h [m]; `width` in cells.
+[[nodiscard]] inline State interface_state(const State& left, const State& right, double s, double h,
+                                           double width = interface_width) {
+  const double f = 0.5 * (1.0 + std::tanh(s / (width * h)));
   return {.rho = (1.0 - f) * left.rho + f * right.rho,
           .u = (1.0 - f) * left.u + f * right.u,
           .v = (1.0 - f) * left.v + f * right.v,

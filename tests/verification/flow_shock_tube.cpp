@@ -11,9 +11,9 @@
 namespace ocublast::flow {
 namespace {
 
-/// tanh interface of half a cell (flow start without a shifted shock).
-double blend(double left, double right, double x, double h) {
-  return 0.5 * (left + right) - 0.5 * (left - right) * std::tanh(x / (0.5 * h));
+/// tanh interface; its width in cells counts (numbers in the test of Sod's tube).
+double blend(double left, double right, double x, double h, double width = 0.5) {
+  return 0.5 * (left + right) - 0.5 * (left - right) * std::tanh(x / (width * h));
 }
 
 struct Tube {
@@ -21,11 +21,10 @@ struct Tube {
   RunSummary run;
 };
 
-Tube sod(int n, int axis, double cfl) {
+Tube sod(int n, int axis, double cfl, double width = 0.5, FlowOptions o = unit_options()) {
   std::array<int, 3> cells{1, 1, 1};
   cells[static_cast<std::size_t>(axis)] = n;
   if (axis != 0) cells[0] = 8;
-  FlowOptions o = unit_options();
   o.cfl = cfl;
   Boundaries faces = all_faces(BoundaryKind::symmetry);
   // Across, cells four times as wide: much wider ones let the round-off across the tube grow, as the
@@ -39,7 +38,7 @@ Tube sod(int n, int axis, double cfl) {
   Flow flow(uniform_grid(cells, low, high), faces, o);
   flow.set_state([&](double x, double y, double z) {
     const double s = axis == 0 ? x : (axis == 1 ? y : z);
-    return State{.rho = blend(1.0, 0.125, s, h), .p = blend(1.0, 0.1, s, h)};
+    return State{.rho = blend(1.0, 0.125, s, h, width), .p = blend(1.0, 0.1, s, h, width)};
   });
   Tube out;
   out.run = run_to(flow, 0.2);
@@ -54,15 +53,31 @@ Tube sod(int n, int axis, double cfl) {
 }
 
 TEST(SodTube, MatchesTheExactSolution) {
-  for (const double cfl : {0.5, 0.9}) {
+  // Half of the error lies in the fan and comes from its start: an interface of 0.4 cells is best at
+  // the Courant number 0.9. A shock that moves at the start (Shu and Osher's) wants 0.5 to 0.6.
+  for (const double width : {0.4, 0.5}) {
     for (const int n : {100, 200, 400}) {
-      const Tube t = sod(n, 0, cfl);
-      std::printf("sod n %4d cfl %.1f: L1(rho) %.3e, steps %d, redone %d, marked %zu\n", n, cfl, t.error, t.run.steps,
-                  t.run.redone, t.run.marked);
+      const Tube t = sod(n, 0, 0.9, width);
+      std::printf("sod n %4d, interface %.1f h: L1(rho) %.3e, steps %d, redone %d, marked %zu\n", n, width, t.error,
+                  t.run.steps, t.run.redone, t.run.marked);
       // On 200 and 400 cells second-order PLM has 2.39e-3 and 1.28e-3, PPM 1.98e-3 and 0.99e-3.
       EXPECT_LT(t.error, 0.43 / n);
+      if (width > 0.4 || n == 100) continue;
+      EXPECT_LT(t.error, n == 200 ? 1.85e-3 : 0.93e-3);
     }
   }
+}
+
+TEST(SodTube, RunsWithThePapersDiffusivities) {
+  FlowOptions o = unit_options();
+  o.diffusivity_form = DiffusivityForm::paper;
+  o.sensor = Sensor::strain;
+  const Tube paper = sod(200, 0, 0.9, 0.4, o), recommended = sod(200, 0, 0.9, 0.4);
+  std::printf("sod n 200: L1(rho) %.3e in the paper's form, %.3e in the recommended one\n", paper.error,
+              recommended.error);
+  // The strain rate acts in the fan as well; prototype 5.8e-3 against 3.7e-3 (relative).
+  EXPECT_LT(paper.error, 1.8 * recommended.error);
+  EXPECT_EQ(paper.run.redone, 0);
 }
 
 TEST(SodTube, IsTheSameAlongEveryDirection) {
@@ -78,7 +93,7 @@ TEST(SodTube, IsTheSameAlongEveryDirection) {
 }
 
 /// Density on n cells at t = 0.47, Shu and Osher's problem on [-1, 1] with the shock at -0.8.
-std::vector<double> shu_osher(int n) {
+std::vector<double> shu_osher(int n, int& steps) {
   const State left{.rho = 3.857143, .u = 2.629369, .p = 10.33333}, right{.rho = 1.0, .p = 1.0};
   Boundaries faces = all_faces(BoundaryKind::fixed_state, left);
   faces[1] = {.kind = BoundaryKind::outflow, .state = right};
@@ -89,7 +104,7 @@ std::vector<double> shu_osher(int n) {
     return State{.rho = blend(left.rho, rho, x + 0.8, h), .u = blend(left.u, 0.0, x + 0.8, h),
                  .p = blend(left.p, 1.0, x + 0.8, h)};
   });
-  run_to(flow, 0.47);
+  steps = run_to(flow, 0.47).steps;
   std::vector<double> rho;
   for (int i = 0; i < n; ++i) rho.push_back(flow.primitives()(0, i, 0, 0));
   return rho;
@@ -98,9 +113,10 @@ std::vector<double> shu_osher(int n) {
 TEST(ShuOsher, ResolvesTheWavesBehindTheShock) {
   // Reference: the same scheme on 1600 cells, averaged over the cells of the coarse grid; its own
   // error is below a tenth of what is tested (8.5e-3 at 400 cells in the waves, first order).
-  const std::vector<double> fine = shu_osher(1600);
+  int steps = 0;
+  const std::vector<double> fine = shu_osher(1600, steps);
   for (const int n : {200, 400}) {
-    const std::vector<double> rho = shu_osher(n);
+    const std::vector<double> rho = shu_osher(n, steps);
     const int part = 1600 / n;
     double whole = 0.0, waves = 0.0;
     int count = 0;
@@ -115,10 +131,11 @@ TEST(ShuOsher, ResolvesTheWavesBehindTheShock) {
       }
     }
     waves /= count;
-    std::printf("shu-osher n %d: L1 whole %.2e, waves %.2e\n", n, whole, waves);
-    // PPM on 400 cells has 6.8e-2 in the waves, on 200 cells 1.6e-1; this scheme's prototype 1.9e-2
-    // on 200 and 8.5e-3 on 400. 50 % for the reference and the step.
-    EXPECT_LT(waves, n == 200 ? 2.9e-2 : 1.3e-2);
+    std::printf("shu-osher n %d: L1 whole %.2e, waves %.2e, steps %d\n", n, whole, waves, steps);
+    // PPM on 400 cells has 6.8e-2 in the waves, on 200 cells 1.6e-1; a tenth-order compact code
+    // 2.7e-2 and 8.8e-3, in 2736 steps on 400.
+    EXPECT_LT(waves, n == 200 ? 2.0e-2 : 8.7e-3);
+    EXPECT_LE(steps, n == 200 ? 260 : 520);
   }
 }
 
