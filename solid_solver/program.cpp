@@ -62,6 +62,7 @@ void run_alone(Session& session, const std::filesystem::path& out, bool quiet) {
   double wall = 0.0;
   const Stopwatch watch(wall);
   double next_line = progress_interval;
+  std::filesystem::path last;  // checkpoint
   if (session.run().state().time == 0.0) session.write_due(false);
   while (session.run().state().time < end) {
     auto& progress = session.progress();
@@ -69,11 +70,18 @@ void run_alone(Session& session, const std::filesystem::path& out, bool quiet) {
     const bool checkpoints = c.output.checkpoint_every > 0.0;
     if (checkpoints) due = std::min(due, progress.next_checkpoint);
     if (is_due(due, end)) due = end;  // no last window of rounding size
-    advance_alone(session, due);
-    session.write_due(due >= end);
+    try {
+      advance_alone(session, due);
+      session.write_due(due >= end);
+    } catch (const NumericsError& error) {
+      throw NumericsError(fmt::format(
+          "{}; last good checkpoint: {}", error.what(),
+          last.empty() ? "none (give solid.output.checkpoint_every_s)" : last.string()));
+    }
     if (checkpoints && is_due(session.run().state().time, progress.next_checkpoint)) {
       progress.next_checkpoint = next_due(session.run().state().time, c.output.checkpoint_every);
-      write_checkpoint_alone(session, link::checkpoint_directory(out, progress.window));
+      last = link::checkpoint_directory(out, progress.window);
+      write_checkpoint_alone(session, last);
     }
     if (!quiet && watch.elapsed() > next_line) {
       print_progress(session, session.run(), watch.elapsed());
@@ -110,7 +118,11 @@ int run_program(int argc, char** argv) {
   const auto out =
       line->out.empty() ? std::filesystem::path("results") / from.common.name : line->out;
   auto log = make_logger("solid_solver", line->check_only ? "" : out / "log" / "solid_solver.log");
-  Session session(std::move(from), {.out = out, .case_hash = reader.hash()}, log);
+  Session session(std::move(from),
+                  {.out = out,
+                   .case_hash = reader.hash(),
+                   .equilibrium = !line->check_only && line->resume.empty()},
+                  log);
   log->info("{} {}\n{}", "solid_solver", version_text, session.describe());
   if (line->check_only || (!line->quiet && !coupled))
     std::fputs(session.describe().c_str(), stdout);

@@ -22,7 +22,7 @@ const std::vector<std::int32_t>& SolidRun::interface_nodes() const {
 
 void SolidRun::build_interface_inertia() {
   if (loads_.empty() || !loads_.back().coupled) return;
-  const auto& mass = assembly_->nodal_mass();
+  const auto& mass = mass_;
   std::vector<double> impedance(mass.size(), 1e300);  // smallest rho c of the cells at a node
   for (std::size_t number = 0; number < mesh().n_cells(); ++number) {
     const auto& material = assembly_->material_of_cell(number);
@@ -51,7 +51,7 @@ double SolidRun::mass_per_area(double window) const {
 
 EnergyTable SolidRun::compute_energies(const CellResults& cells) {
   EnergyTable e;
-  const auto& mass = assembly_->nodal_mass();
+  const auto& mass = mass_;
   double square = 0.0;
   for (std::size_t n = 0; n < mass.size(); ++n)
     for (std::size_t i = 0; i < 3; ++i) {
@@ -65,12 +65,7 @@ EnergyTable SolidRun::compute_energies(const CellResults& cells) {
     e.internal += cells[cell * n_evaluated + strain_energy];
   for (std::size_t cell = 0; cell < mesh().n_cells(); ++cell)
     e.hourglass += cells[cell * n_evaluated + hourglass_energy];
-  for (const auto& set : setup_.springs)
-    for (std::size_t k = 0; k < set.nodes.size(); ++k)
-      for (std::size_t i = 0; i < 3; ++i) {
-        const double d = state_.displacement[4 * index(set.nodes[k]) + i];
-        e.spring += 0.5 * set.stiffness[k] * d * d;
-      }
+  e.spring = sums_.stored;
   e.viscous = sums_.viscous;
   e.relaxation = sums_.relaxation;
   e.damping = sums_.damping;
@@ -94,7 +89,7 @@ EnergyTable SolidRun::compute_energies(const CellResults& cells) {
 
 std::array<double, 6> SolidRun::momenta() const {
   std::array<double, 6> sum{};
-  const auto& mass = assembly_->nodal_mass();
+  const auto& mass = mass_;
   for (std::size_t n = 0; n < mass.size(); ++n) {
     double x[3];
     double p[3];
@@ -117,7 +112,8 @@ std::vector<SolidRun::NamedArray> SolidRun::checkpoint_arrays() {
             stable_step_,
             element_step_,
             omega_,
-            static_cast<double>(steps_since_renewal_)};
+            static_cast<double>(steps_since_renewal_),
+            started_ ? 1.0 : 0.0};
   static_assert(sizeof(RunningSums) % sizeof(double) == 0);
   std::vector<NamedArray> arrays{
       {"flags", flags_, "1"},
@@ -138,8 +134,9 @@ std::vector<SolidRun::NamedArray> SolidRun::checkpoint_arrays() {
     arrays.push_back({fmt::format("loads/{}/forces", k), loads_[k].forces, "N"});
     arrays.push_back({fmt::format("loads/{}/last_end", k), loads_[k].last_end, "Pa"});
   }
-  for (std::size_t s = 0; s < damper_forces_.size(); ++s)
-    arrays.push_back({fmt::format("dampers/{}", s), damper_forces_[s], "N"});
+  for (std::size_t k = 0; k < forces_.size(); ++k)
+    if (!forces_[k]->state().empty())
+      arrays.push_back({fmt::format("forces/{}", k), forces_[k]->state(), "1"});
   for (std::size_t s = 0; s < prescribed_residual_.size(); ++s)
     arrays.push_back({fmt::format("prescribed/{}", s), prescribed_residual_[s], "N"});
   return arrays;
@@ -153,6 +150,7 @@ void SolidRun::restored() {
   element_step_ = flags_[4];
   omega_ = flags_[5];
   steps_since_renewal_ = static_cast<int>(flags_[6]);
+  started_ = flags_[7] != 0.0;
   assembly_->wake_all();
 }
 

@@ -28,38 +28,13 @@ SolidRun::SolidRun(SolidSetup setup)
                                            setup_.material_of_tissue, setup_.assembly)),
       state_(setup_.mesh->n_nodes()),
       residual_(4 * setup_.mesh->n_nodes()) {
+  build_constraints();
   build_inverse_mass();
-  const auto add_load = [&](const std::vector<Facet>& facets, Schedule schedule, bool coupled) {
-    Load load{.surface = FollowerPressure(*setup_.mesh, facets),
-              .schedule = std::move(schedule),
-              .coupled = coupled};
-    const std::size_t n = load.surface.nodes().size();
-    load.pressure.assign(n, 0.0);
-    load.forces.assign(3 * n, 0.0);
-    load.last_end.assign(n, 0.0);
-    loads_.push_back(std::move(load));
-  };
-  for (const auto& p : setup_.pressures) add_load(p.facets, p.pressure, false);
-  if (!setup_.interface.empty()) add_load(setup_.interface, {}, true);
-  for (const auto& s : setup_.springs) damper_forces_.emplace_back(3 * s.nodes.size(), 0.0);
+  build_loads();
+  build_forces();
   for (const auto& p : setup_.prescribed) prescribed_residual_.emplace_back(p.nodes.size(), 0.0);
   build_interface_inertia();
   renew_stable_step();
-}
-
-void SolidRun::build_inverse_mass() {
-  const auto& mass = assembly_->nodal_mass();
-  inverse_mass_.assign(4 * mass.size(), 0.0);
-  for (std::size_t n = 0; n < mass.size(); ++n)
-    for (std::size_t i = 0; i < 3; ++i) inverse_mass_[4 * n + i] = 1.0 / mass[n];
-  for (const auto& f : setup_.fixed)
-    for (const auto n : f.nodes)
-      for (std::size_t i = 0; i < 3; ++i)
-        if (f.directions[i]) inverse_mass_[4 * index(n) + i] = 0.0;
-  for (std::size_t n = 0; n < mass.size(); ++n)
-    if (assembly_->planar_nodes()[n]) inverse_mass_[4 * n + 2] = 0.0;
-  for (const auto& p : setup_.prescribed)
-    for (const auto n : p.nodes) inverse_mass_[4 * index(n) + p.direction] = 0.0;
 }
 
 void SolidRun::renew_stable_step() {
@@ -75,7 +50,11 @@ void SolidRun::renew_stable_step() {
   // Product by a central difference of the forces: a tenth of a thousandth of the smallest length
   // leaves an error of 1e-8 by curvature and 1e-11 by rounding.
   const double length = bound.transit * assembly_->material_of_cell(bound.cell).sound_speed();
-  const auto product = [&](std::span<const double> x, std::span<double> y) {
+  AlignedVector<double> full(state_.displacement.size());
+  const auto product = [&](std::span<const double> given, std::span<double> y) {
+    std::copy(given.begin(), given.end(), full.begin());
+    expand(full);
+    const std::span<const double> x = full;
     double largest = 0.0;
     for (const double value : x) largest = std::max(largest, std::abs(value));
     const double eps = 1e-4 * length / largest;
@@ -84,12 +63,8 @@ void SolidRun::renew_stable_step() {
     for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = state_.displacement[i] + eps * x[i];
     assembly_->compute_force(moved, y, 0.0);
     for (std::size_t i = 0; i < y.size(); ++i) y[i] = (y[i] - back[i]) / (2.0 * eps);
-    for (const auto& s : setup_.springs)
-      for (std::size_t k = 0; k < s.nodes.size(); ++k)
-        for (std::size_t i = 0; i < 3; ++i) {
-          const std::size_t at = 4 * index(s.nodes[k]) + i;
-          y[at] += s.stiffness[k] * x[at];
-        }
+    for (const auto& force : forces_) force->add_stiffness(x, y);
+    for (const auto& c : constraints_) c->reduce(y);
   };
   const auto frequency = largest_frequency(inverse_mass_, product, setup_.control.lanczos_products);
   omega_ = frequency.omega;
@@ -100,10 +75,7 @@ void SolidRun::renew_stable_step() {
                     state_.time, omega_));
   double damping = damping_of_highest_mode * setup_.assembly.viscosity.linear +
                    assembly_->viscous_damping_ratio(omega_);
-  const auto& mass = assembly_->nodal_mass();
-  for (const auto& s : setup_.springs)  // dashpots: xi = c / (2 m omega)
-    for (std::size_t k = 0; k < s.nodes.size(); ++k)
-      damping = std::max(damping, 0.5 * s.damping[k] / (mass[index(s.nodes[k])] * omega_));
+  for (const auto& force : forces_) damping += force->damping_ratio(omega_, mass_);
   stable_step_ = setup_.control.safety * critical_step(omega_, damping);
 }
 
@@ -135,7 +107,9 @@ bool SolidRun::disturbed(const Window& window) const {
     if (!load.coupled && !quiet(load.schedule)) return true;
   for (const auto& p : setup_.prescribed)
     if (!quiet(p.schedule)) return true;
-  return false;
+  return std::any_of(forces_.begin(), forces_.end(), [&](const auto& force) {
+    return !force->quiet(window.t_begin, window.t_end);
+  });
 }
 
 std::uint32_t SolidRun::choose_steps(const Window& window) const {
@@ -157,6 +131,7 @@ WindowResult SolidRun::advance(const Window& window) {
   result.steps = choose_steps(window);
   const double dt = (window.t_end - window.t_begin) / result.steps;
   note_step_change(dt);
+  if (!started_) start(window);
   begin_window(window);
   for (std::uint32_t k = 1; k <= result.steps; ++k) {
     const StepTimes times{.t_old = state_.time,
@@ -169,7 +144,8 @@ WindowResult SolidRun::advance(const Window& window) {
     sums_.relaxation += report.overlay_work;
     if (report.bad) report_inverted(times.t_new);
     apply_loads(window, times, result);
-    apply_springs(dt);
+    apply_forces(times);
+    reduce_residual();
     correct(dt);
     finish_prescribed(times);
     state_.time = times.t_new;
@@ -206,6 +182,7 @@ void SolidRun::begin_window(const Window& window) {
             old_forces[3 * v + i] - load.forces[3 * v + i];
   }
   if (!changed) return;
+  reduce_residual();
   sums_.scheme_jumps += sums_.last_step * sums_.last_step / 8.0 * (residual_square() - square);
   refresh_acceleration();
 }
@@ -213,6 +190,7 @@ void SolidRun::begin_window(const Window& window) {
 void SolidRun::refresh_acceleration() {
   for (std::size_t i = 0; i < residual_.size(); ++i)
     state_.acceleration[i] = -residual_[i] * inverse_mass_[i];
+  expand(state_.acceleration);
 }
 
 void SolidRun::set_pressure(Load& load, const Window& window, double t) {
@@ -242,6 +220,8 @@ void SolidRun::predict(const StepTimes& times) {
     v[i] += half * a[i];
     d[i] += dt * v[i];
   }
+  expand(state_.velocity);
+  expand(state_.displacement);
 }
 
 void SolidRun::impose_prescribed(const StepTimes& times) {
@@ -280,19 +260,38 @@ void SolidRun::apply_loads(const Window& window, const StepTimes& times, WindowR
   }
 }
 
-void SolidRun::apply_springs(double dt) {
-  for (std::size_t s = 0; s < setup_.springs.size(); ++s) {
-    const auto& set = setup_.springs[s];
-    for (std::size_t k = 0; k < set.nodes.size(); ++k)
-      for (std::size_t i = 0; i < 3; ++i) {
-        const std::size_t at = 4 * index(set.nodes[k]) + i;
-        const double damper = set.damping[k] * state_.velocity[at];
-        residual_[at] += set.stiffness[k] * state_.displacement[at] + damper;
-        double& old = damper_forces_[s][3 * k + i];
-        sums_.damping += 0.5 * (old + damper) * state_.velocity[at] * dt;
-        old = damper;
-      }
+void SolidRun::apply_forces(const StepTimes& times) {
+  const StepMotion motion{.displacement = state_.displacement,
+                          .velocity = state_.velocity,
+                          .t_old = times.t_old,
+                          .t_new = times.t_new,
+                          .dt = times.dt};
+  sums_.stored = 0.0;
+  for (const auto& force : forces_) {
+    const auto work = force->apply(motion, residual_);
+    sums_.stored += work.stored;
+    sums_.damping += work.dissipated;
+    sums_.external += work.external;
   }
+}
+
+void SolidRun::reduce_residual() {
+  for (const auto& c : constraints_) c->reduce(residual_);
+}
+
+void SolidRun::expand(AlignedVector<double>& field) const {
+  for (const auto& c : constraints_) c->expand(field);
+}
+
+/// Loads that are there from the beginning accelerate from the beginning.
+void SolidRun::start(const Window& window) {
+  started_ = true;
+  if (forces_.empty()) return;
+  const double square = residual_square();
+  apply_forces({.t_old = window.t_begin, .t_new = window.t_begin, .dt = 0.0});
+  reduce_residual();
+  sums_.scheme_jumps += sums_.last_step * sums_.last_step / 8.0 * (residual_square() - square);
+  refresh_acceleration();
 }
 
 void SolidRun::correct(double dt) {
@@ -307,6 +306,8 @@ void SolidRun::correct(double dt) {
     a[i] = -r[i] * m[i];
     v[i] += half * a[i];
   }
+  expand(state_.acceleration);
+  expand(state_.velocity);
 }
 
 void SolidRun::finish_prescribed(const StepTimes& times) {
@@ -319,9 +320,8 @@ void SolidRun::finish_prescribed(const StepTimes& times) {
       const double step = state_.velocity[at] * times.dt;
       double& old = prescribed_residual_[s][k];
       // What the support does: works against the residual and gives the node its kinetic energy.
-      sums_.external +=
-          0.5 * (old + residual_[at]) * step +
-          0.5 * assembly_->nodal_mass()[index(p.nodes[k])] * (after * after - before * before);
+      sums_.external += 0.5 * (old + residual_[at]) * step +
+                        0.5 * mass_[index(p.nodes[k])] * (after * after - before * before);
       old = residual_[at];
       state_.velocity[at] = after;
     }

@@ -14,7 +14,10 @@
 #include <span>
 #include <vector>
 
+#include "solid_solver/boundary/constraint.hpp"
+#include "solid_solver/boundary/contact.hpp"
 #include "solid_solver/boundary/follower_pressure.hpp"
+#include "solid_solver/boundary/loads.hpp"
 #include "solid_solver/boundary/supports.hpp"
 #include "solid_solver/elements/assembly.hpp"
 #include "solid_solver/fields/nodal_state.hpp"
@@ -40,6 +43,18 @@ struct PressureLoad {
   Schedule pressure;  ///< Pa over ambient
 };
 
+/// Nodes of one surface tied to the facets of another.
+struct TieKeys {
+  std::vector<std::int32_t> nodes;
+  std::vector<Facet> facets;
+  double reach = 0.0;  ///< m
+};
+/// Nodes that slide in a plane.
+struct PlaneKeys {
+  std::vector<std::int32_t> nodes;
+  std::array<double, 3> normal{};
+};
+
 struct SolidSetup {
   std::shared_ptr<const SolidMesh> mesh;
   std::vector<Material> materials;
@@ -50,6 +65,13 @@ struct SolidSetup {
   std::vector<PrescribedNodes> prescribed;
   std::vector<SpringSet> springs;
   std::vector<PressureLoad> pressures;
+  std::vector<BodyLoad> body_loads;
+  std::vector<NodeLoad> node_loads;
+  double mass_damping = 0.0;  ///< 1/s
+  std::vector<WallKeys> walls;
+  std::vector<ContactKeys> contacts;
+  std::vector<TieKeys> ties;
+  std::vector<PlaneKeys> planes;
   std::vector<Facet> interface;  ///< coupled surface; empty when there is none
 };
 
@@ -92,6 +114,7 @@ struct EnergyTable {
 struct RunningSums {
   double viscous = 0.0;
   double relaxation = 0.0;
+  double stored = 0.0;  ///< J, in forces on nodes now
   double damping = 0.0;
   double external = 0.0;
   double initial = 0.0;
@@ -109,6 +132,17 @@ class SolidRun {
 
   /// Adds a velocity (m/s) to a node before the start.
   void set_velocity(std::int32_t node, const std::array<double, 3>& velocity);
+  /// Finds the equilibrium of the loads as they are at the start (intra-ocular pressure, gravity)
+  /// by dynamic relaxation with kinetic damping: velocities are taken away whenever the kinetic
+  /// energy has passed a peak, until the residual is below `tolerance` times the loads. Rate-
+  /// dependent stress relaxes fully. Loads act at once, so the body first overshoots as if they
+  /// were twice as large. Before the first window; time does not advance. Throws
+  /// NumericsError after `most_steps` steps.
+  struct Relaxed {
+    std::size_t steps = 0;
+    double residual = 0.0;  ///< over the loads, root mean square
+  };
+  Relaxed relax(double tolerance, std::size_t most_steps);
   /// Advances over a window. Throws NumericsError with element, place, tissue and time when an
   /// element inverts.
   WindowResult advance(const Window& window);
@@ -120,7 +154,14 @@ class SolidRun {
   [[nodiscard]] const NodalState& state() const { return state_; }
   [[nodiscard]] Assembly& assembly() { return *assembly_; }
   [[nodiscard]] const SolidMesh& mesh() const { return *setup_.mesh; }
-  [[nodiscard]] const std::vector<double>& nodal_mass() const { return assembly_->nodal_mass(); }
+  /// Mass that moves with each node, kg: its own, with that of nodes tied to it.
+  [[nodiscard]] const std::vector<double>& nodal_mass() const { return mass_; }
+  /// What the case put on nodes, in the order body loads, node loads, springs, walls, contacts,
+  /// mass damping.
+  [[nodiscard]] const std::vector<std::unique_ptr<NodalForce>>& forces() const { return forces_; }
+  [[nodiscard]] const std::vector<std::unique_ptr<Constraint>>& constraints() const {
+    return constraints_;
+  }
   [[nodiscard]] bool awake() const { return awake_; }
   [[nodiscard]] const RunningSums& sums() const { return sums_; }
   /// Nodes of the coupled surface, in the order of loads.
@@ -160,6 +201,10 @@ class SolidRun {
     double dt;
   };
 
+  void build_loads();
+  void build_forces();
+  void build_contacts();
+  void build_constraints();
   void build_inverse_mass();
   void build_interface_inertia();
   void renew_stable_step();
@@ -171,7 +216,10 @@ class SolidRun {
   void predict(const StepTimes& times);
   void impose_prescribed(const StepTimes& times);
   void apply_loads(const Window& window, const StepTimes& times, WindowResult& result);
-  void apply_springs(double dt);
+  void apply_forces(const StepTimes& times);
+  void reduce_residual();
+  void expand(AlignedVector<double>& field) const;
+  void start(const Window& window);
   void correct(double dt);
   void finish_prescribed(const StepTimes& times);
   void note_step_change(double dt);
@@ -185,7 +233,9 @@ class SolidRun {
   AlignedVector<double> residual_;      ///< [n, 4] f_int - f_ext, N
   AlignedVector<double> inverse_mass_;  ///< [n, 4], 0 where fixed or prescribed
   std::vector<Load> loads_;
-  std::vector<std::vector<double>> damper_forces_;        ///< per spring set [nodes, 3], N
+  std::vector<double> mass_;  ///< [n] kg
+  std::vector<std::unique_ptr<NodalForce>> forces_;
+  std::vector<std::unique_ptr<Constraint>> constraints_;
   std::vector<std::vector<double>> prescribed_residual_;  ///< per set [nodes], N
   std::vector<std::pair<double, double>>
       interface_inertia_;            ///< per interface node: mass/area kg/m^2, rho c kg/(m^2 s)
@@ -196,6 +246,7 @@ class SolidRun {
   int steps_since_look_ = 0;
   int steps_since_renewal_ = 0;
   bool awake_ = false;
+  bool started_ = false;  ///< the accelerations are those of the loads
   RunningSums sums_;
   std::vector<double> flags_;  ///< time, awake, steps since look, stable step, element step, omega
                                ///< and steps since it was found: for checkpoints

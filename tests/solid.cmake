@@ -4,8 +4,15 @@ target_include_directories(solid_speed PRIVATE ${CMAKE_SOURCE_DIR})
 target_link_libraries(solid_speed PRIVATE ocublast_solid_core ocublast_warnings)
 ocublast_test(NAME test_solid_elements LABEL unit SOURCES unit/solid_elements.cpp LIBRARIES ocublast_solid)
 ocublast_test(NAME test_solid_materials LABEL unit SOURCES unit/solid_materials.cpp LIBRARIES ocublast_solid)
-ocublast_test(NAME test_solid_dynamics LABEL verification SOURCES verification/solid_dynamics.cpp
-              LIBRARIES ocublast_solid TIMEOUT 120)
+foreach(part dynamics waves columns statics vibrations stability contact)
+  ocublast_test(NAME test_solid_${part} LABEL verification SOURCES verification/solid_${part}.cpp
+                LIBRARIES ocublast_solid TIMEOUT 120)
+endforeach()
+foreach(part columns statics beam stability hertz)
+  ocublast_test(NAME test_solid_${part}_long LABEL verification
+                SOURCES verification/solid_${part}_long.cpp LIBRARIES ocublast_solid TIMEOUT 900
+                LONG)
+endforeach()
 set(solid_programs SOLID_SOLVER="$<TARGET_FILE:solid_solver>")
 ocublast_test(NAME test_solid_bad_input LABEL faults SOURCES faults/solid_bad_input.cpp
               LIBRARIES ocublast_solid)

@@ -14,9 +14,12 @@ namespace ocublast::solid {
 /// with area vector S, f_a = -S (2 p_a + p_b + p_c) / 12. A quad is the mean of its two
 /// triangulations, so that a uniform pressure loads its corners alike; both have the quad's area
 /// vector.
+/// Edges of a plane mesh stand for strips of 1 m, or for rings about the y axis.
 class FollowerPressure {
  public:
-  FollowerPressure(const SolidMesh& mesh, const std::vector<Facet>& facets);
+  enum class Edges { strips, rings };
+  FollowerPressure(const SolidMesh& mesh, const std::vector<Facet>& facets,
+                   Edges edges = Edges::strips);
 
   /// Nodes of the surface, ascending; loads and forces are given in this order.
   [[nodiscard]] const std::vector<std::int32_t>& nodes() const { return nodes_; }
@@ -36,9 +39,20 @@ class FollowerPressure {
   [[nodiscard]] std::array<double, 3> triangle_area(const Triangle& t,
                                                     std::span<const double> displacement) const;
 
+  using Edge = std::array<std::int32_t, 2>;  ///< index into nodes_
+  /// At a point of an edge: shares of its ends, and the area vector that belongs to it, m^2.
+  struct EdgePoint {
+    std::array<double, 2> shape;
+    std::array<double, 2> area;
+  };
+  [[nodiscard]] std::array<EdgePoint, 2> edge_points(const Edge& edge,
+                                                     std::span<const double> displacement) const;
+
   const SolidMesh& mesh_;
+  Edges kind_;
   std::vector<std::int32_t> nodes_;
   std::vector<Triangle> triangles_;
+  std::vector<Edge> edges_;
 };
 
 }  // namespace ocublast::solid

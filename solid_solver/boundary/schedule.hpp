@@ -40,6 +40,23 @@ struct Schedule {
     if (!times.empty() && t > times.back()) sum += (t - times.back()) * values.back();
     return sum;
   }
+  /// Integral of the integral, from the first point's time to t.
+  [[nodiscard]] double double_integral(double t) const {
+    double sum = 0.0;
+    double slope_sum = 0.0;  // the integral at the end of what is done
+    for (std::size_t k = 1; k < times.size() && times[k - 1] < t; ++k) {
+      const double h = std::min(t, times[k]) - times[k - 1];
+      const double s = times[k] > times[k - 1] ? h / (times[k] - times[k - 1]) : 0.0;
+      const double end = values[k - 1] + s * (values[k] - values[k - 1]);
+      sum += h * slope_sum + h * h * (values[k - 1] / 3.0 + end / 6.0);
+      slope_sum += 0.5 * h * (values[k - 1] + end);
+    }
+    if (!times.empty() && t > times.back()) {
+      const double h = t - times.back();
+      sum += h * slope_sum + 0.5 * h * h * values.back();
+    }
+    return sum;
+  }
   /// Whether the value is zero everywhere in [begin, end].
   [[nodiscard]] bool zero_in(double begin, double end) const {
     if (value(begin) != 0.0 || value(end) != 0.0) return false;

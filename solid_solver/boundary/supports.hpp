@@ -17,17 +17,21 @@ struct FixedNodes {
 
 /// Nodes whose displacement along one axis is given in time.
 struct PrescribedNodes {
-  enum class Quantity { displacement, velocity };
+  enum class Quantity { displacement, velocity, acceleration };
   std::vector<std::int32_t> nodes;
   std::size_t direction = 0;  ///< 0 x, 1 y, 2 z
   Quantity quantity = Quantity::displacement;
-  Schedule schedule;  ///< m or m/s
+  Schedule schedule;  ///< m, m/s or m/s^2
 
   [[nodiscard]] double displacement(double t) const {
-    return quantity == Quantity::displacement ? schedule.value(t) : schedule.integral(t);
+    return quantity == Quantity::displacement ? schedule.value(t)
+           : quantity == Quantity::velocity   ? schedule.integral(t)
+                                              : schedule.double_integral(t);
   }
   [[nodiscard]] double velocity(double t) const {
-    return quantity == Quantity::displacement ? schedule.slope(t) : schedule.value(t);
+    return quantity == Quantity::displacement ? schedule.slope(t)
+           : quantity == Quantity::velocity   ? schedule.value(t)
+                                              : schedule.integral(t);
   }
 };
 

@@ -33,6 +33,7 @@ struct CellScalars {
   double von_mises = 0.0;         ///< Pa
   double principal_stress = 0.0;  ///< largest, Pa
   double principal_strain = 0.0;  ///< largest stretch less 1
+  double deviatoric_norm = 0.0;   ///< sqrt(s:s) of the stress deviator, Pa
 };
 
 /// From the results of `evaluate` of one cell [n_evaluated].
@@ -54,7 +55,8 @@ struct CellScalars {
   return {.pressure = -mean,
           .von_mises = std::sqrt(3.0 * j2),
           .principal_stress = largest_eigenvalue(s),
-          .principal_strain = e / (1.0 + std::sqrt(std::max(0.0, 1.0 + e)))};
+          .principal_strain = e / (1.0 + std::sqrt(std::max(0.0, 1.0 + e))),
+          .deviatoric_norm = std::sqrt(2.0 * j2)};
 }
 
 }  // namespace ocublast::solid

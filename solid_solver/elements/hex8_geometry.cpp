@@ -128,10 +128,11 @@ void fill_one_point(NodePositions x, const FillOptions& options, double* out) {
   put(options.scale * g.volume);
   const Eigen::Matrix3d inverse = jacobian(x, Eigen::Vector3d::Zero()).inverse();
   for (const int m : {3, 5, 6, 7}) {
-    double square = 0.0;  // mean over the cube of |grad mode|^2
-    const double share = m == 7 ? 1.0 / 9.0 : 1.0 / 3.0;
+    double softest = 1e300;  // of |grad|^2 along the mode's directions
     for (int k = 0; k < 3; ++k)
-      if ((m & (1 << k)) != 0) square += share * inverse.row(k).squaredNorm();
+      if ((m & (1 << k)) != 0) softest = std::min(softest, inverse.row(k).squaredNorm());
+    // Mean over the cube of |grad mode|^2, as if all its directions were the softest one.
+    const double square = softest * (m == 7 ? 3.0 / 9.0 : 2.0 / 3.0);
     put(options.scale * options.hourglass_modulus * g.volume * square / 64.0);
   }
 }

@@ -4,9 +4,10 @@
 // Gradient: the exact volume mean (Flanagan & Belytschko 1981, DOI 10.1002/nme.1620170504), which
 // passes the patch test on any shape. Hourglass amplitudes q_k = h_k . u - (h_k . X) . grad u are
 // zero in every linear field, so rigid rotation costs nothing; energy 1/2 sum_k kappa_k |q_k|^2
-// with kappa_k = c G V mean|grad mode_k|^2 / 64: a neo-Hookean G/2 |grad u|^2 of the mode on the
-// parallelepiped of the centre. It scales with G only (never with K, which would lock) and per
-// direction, so that flat elements do not stiffen in bending.
+// with kappa_k = c G V mean|grad mode_k|^2 / 64, a neo-Hookean G/2 |grad u|^2 of the mode on a
+// cube. It scales with G only (with K it would lock). In a flat element the gradient along the
+// mode's longest direction is taken for all: across the flat one the mode's parasitic shear would
+// stiffen bending by the square of the aspect ratio.
 // Everything in the Hadamard space of the nodal values (modes 1, 2, 4 linear; 3, 5, 6, 7
 // hourglass). Reference: mean gradient of the modes 1..7 (21, 1/m), h_k . X (12, m), volume (m^3),
 // kappa_k (4, N/m).

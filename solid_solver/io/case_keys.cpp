@@ -6,6 +6,7 @@
 
 #include "coupler/base/errors.hpp"
 #include "solid_solver/io/case_materials.hpp"
+#include "solid_solver/io/case_supports.hpp"
 #include "solid_solver/io/mesh_file.hpp"
 #include "solid_solver/mesh/mesh_check.hpp"
 
@@ -14,11 +15,17 @@ namespace {
 
 constexpr std::pair<std::string_view, StepControl::Rule> rule_words[] = {
     {"lanczos", StepControl::Rule::lanczos}, {"element", StepControl::Rule::element}};
-constexpr std::pair<std::string_view, std::size_t> axis_words[] = {{"x", 0}, {"y", 1}, {"z", 2}};
 
-const std::vector<std::string> all_fields{"displacement",    "velocity", "pressure",
-                                          "von_mises",       "stress",   "principal_stress",
-                                          "principal_strain"};
+const std::vector<std::string> default_fields{"displacement",    "velocity", "pressure",
+                                              "von_mises",       "stress",   "principal_stress",
+                                              "principal_strain"};
+
+std::vector<std::string> all_fields() {
+  auto fields = default_fields;
+  for (const char* more : {"acceleration", "deviatoric_norm", "volume_ratio", "energy_density"})
+    fields.emplace_back(more);
+  return fields;
+}
 
 void read_integrator(Section section, SolidSetup& setup) {
   auto& c = setup.control;
@@ -54,6 +61,8 @@ void read_integrator(Section section, SolidSetup& setup) {
                 .max = 10.0,
                 .above_min = true,
                 .help = "hourglass stiffness of one-point elements over the physical one"});
+  section.real("mass_damping_1_s", setup.mass_damping,
+               {.unit = "1/s", .min = 0.0, .help = "damping force over momentum"});
   section.real("viscosity_linear", setup.assembly.viscosity.linear,
                {.unit = "1", .min = 0.0, .max = 1.0, .help = "bulk viscosity c1"});
   section.real("viscosity_quadratic", setup.assembly.viscosity.quadratic,
@@ -63,7 +72,7 @@ void read_integrator(Section section, SolidSetup& setup) {
 void read_output(Section section, const CaseCommon& common, OutputKeys& output) {
   output.every = common.end_time / 10.0;
   output.history_every = common.end_time / 1000.0;
-  output.fields = all_fields;
+  output.fields = default_fields;
   section.real("every_s", output.every,
                {.unit = "s",
                 .min = 0.0,
@@ -82,162 +91,14 @@ void read_output(Section section, const CaseCommon& common, OutputKeys& output) 
   section.real("checkpoint_every_s", output.checkpoint_every,
                {.unit = "s", .min = 0.0, .help = "between checkpoints of a run alone; 0: none"});
   section.texts("fields", output.fields, {.help = "fields written"});
+  const auto known = all_fields();
   for (const auto& field : output.fields)
-    if (std::find(all_fields.begin(), all_fields.end(), field) == all_fields.end())
+    if (std::find(known.begin(), known.end(), field) == known.end())
       section.fault("fields",
-                    fmt::format("no field '{}', accepted {}", field, fmt::join(all_fields, ", ")));
+                    fmt::format("no field '{}', accepted {}", field, fmt::join(known, ", ")));
 }
 
-/// Resolves names against the mesh and notes what is missing.
-class Names {
- public:
-  explicit Names(const SolidMesh& mesh) : mesh_(mesh) {}
-  [[nodiscard]] std::vector<std::int32_t> nodes(Section& section, std::string_view key,
-                                                const std::string& name) const {
-    const auto found = mesh_.node_sets.find(name);
-    if (found != mesh_.node_sets.end()) return found->second;
-    if (mesh_.n_cells() > 0 && !name.empty())
-      note(section, key, "node set", name, names_of(mesh_.node_sets));
-    return {};
-  }
-  [[nodiscard]] std::vector<Facet> facets(Section& section, std::string_view key,
-                                          const std::string& name) const {
-    const auto found = mesh_.face_sets.find(name);
-    if (found != mesh_.face_sets.end()) return found->second;
-    if (mesh_.n_cells() > 0 && !name.empty())
-      note(section, key, "face set", name, names_of(mesh_.face_sets));
-    return {};
-  }
-  [[nodiscard]] const SolidMesh& mesh() const { return mesh_; }
-
- private:
-  template <class Map>
-  static std::vector<std::string> names_of(const Map& map) {
-    std::vector<std::string> names;
-    for (const auto& [name, unused] : map) names.push_back(name);
-    return names;
-  }
-  static void note(Section& section, std::string_view key, const char* kind,
-                   const std::string& name, const std::vector<std::string>& there) {
-    section.fault(key,
-                  fmt::format("the mesh has no {} '{}'; it has {}", kind, name,
-                              there.empty() ? "none" : fmt::format("{}", fmt::join(there, ", "))));
-  }
-  const SolidMesh& mesh_;
-};
-
-std::string read_name(Section& section, const char* key, bool required, const char* help) {
-  std::string name;
-  section.text(key, name, {.required = required, .help = help});
-  return name;
-}
-
-Schedule read_schedule(Section& section, const char* values_key, const char* unit,
-                       const char* help) {
-  Schedule schedule;
-  section.reals("times_s", schedule.times,
-                {.unit = "s", .required = true, .help = "times of the schedule, ascending"});
-  section.reals(values_key, schedule.values, {.unit = unit, .required = true, .help = help});
-  if (section.listing()) return schedule;
-  if (schedule.times.size() != schedule.values.size())
-    section.fault("times_s", fmt::format("{} times for {} values", schedule.times.size(),
-                                         schedule.values.size()));
-  if (!std::is_sorted(schedule.times.begin(), schedule.times.end()))
-    section.fault("times_s", "not ascending");
-  if (schedule.times.size() != schedule.values.size()) schedule = {};
-  return schedule;
-}
-
-void read_fixed(Section& solid, const Names& names, SolidSetup& setup) {
-  solid.tables("fixed", "nodes held in place", [&](Section& entry, std::size_t) {
-    FixedNodes fixed{
-        .nodes = names.nodes(entry, "nodes", read_name(entry, "nodes", true, "node set")),
-        .directions = {false, false, false}};
-    std::vector<std::string> directions{"x", "y", "z"};
-    entry.texts("directions", directions, {.help = "directions held, of x, y, z"});
-    for (const auto& d : directions) {
-      const auto at = std::string_view("xyz").find(d);
-      if (d.size() != 1 || at == std::string_view::npos)
-        entry.fault("directions", fmt::format("'{}' is no direction, accepted x, y, z", d));
-      else
-        fixed.directions[at] = true;
-    }
-    setup.fixed.push_back(std::move(fixed));
-  });
-}
-
-void read_prescribed(Section& solid, const Names& names, SolidSetup& setup) {
-  solid.tables("prescribed", "nodes moved by a schedule", [&](Section& entry, std::size_t) {
-    PrescribedNodes p{.nodes =
-                          names.nodes(entry, "nodes", read_name(entry, "nodes", true, "node set"))};
-    entry.choice("direction", p.direction,
-                 std::span<const std::pair<std::string_view, std::size_t>>(axis_words),
-                 {.required = true, .help = "x, y or z"});
-    const bool velocity = entry.has("velocities_m_s") && !entry.listing();
-    if (velocity && entry.has("displacements_m"))
-      entry.fault("velocities_m_s", "given together with displacements_m; give one of them");
-    p.quantity =
-        velocity ? PrescribedNodes::Quantity::velocity : PrescribedNodes::Quantity::displacement;
-    p.schedule = velocity
-                     ? read_schedule(entry, "velocities_m_s", "m/s", "velocities at the times")
-                     : read_schedule(entry, "displacements_m", "m", "displacements at the times");
-    if (entry.listing())
-      static_cast<void>(
-          read_schedule(entry, "velocities_m_s", "m/s", "instead: velocities at the times"));
-    setup.prescribed.push_back(std::move(p));
-  });
-}
-
-void read_springs(Section& solid, const Names& names, SolidSetup& setup) {
-  solid.tables("spring", "springs and dashpots to ground", [&](Section& entry, std::size_t) {
-    const std::string faces =
-        read_name(entry, "faces", false, "face set: stiffness per reference area");
-    const std::string nodes = read_name(entry, "nodes", false, "node set: stiffness per node");
-    double per_area[2] = {0.0, 0.0};
-    double per_node[2] = {0.0, 0.0};
-    entry.real("stiffness_Pa_m", per_area[0], {.unit = "Pa/m", .min = 0.0, .help = "with faces"});
-    entry.real("damping_Pa_s_m", per_area[1], {.unit = "Pa s/m", .min = 0.0, .help = "with faces"});
-    entry.real("stiffness_N_m", per_node[0], {.unit = "N/m", .min = 0.0, .help = "with nodes"});
-    entry.real("damping_N_s_m", per_node[1], {.unit = "N s/m", .min = 0.0, .help = "with nodes"});
-    if (entry.listing()) return;
-    if (faces.empty() == nodes.empty()) {
-      entry.fault("", "give either faces or nodes");
-      return;
-    }
-    if (!faces.empty() && (entry.has("stiffness_N_m") || entry.has("damping_N_s_m")))
-      entry.fault("stiffness_N_m",
-                  "is per node; with faces give stiffness_Pa_m and damping_Pa_s_m");
-    if (!nodes.empty() && (entry.has("stiffness_Pa_m") || entry.has("damping_Pa_s_m")))
-      entry.fault("stiffness_Pa_m", "is per area; with nodes give stiffness_N_m and damping_N_s_m");
-    SpringSet set;
-    if (!faces.empty()) {
-      const FollowerPressure surface(names.mesh(), names.facets(entry, "faces", faces));
-      set.nodes = surface.nodes();
-      for (const double area : surface.nodal_areas()) {
-        set.stiffness.push_back(per_area[0] * area);
-        set.damping.push_back(per_area[1] * area);
-      }
-    } else {
-      set.nodes = names.nodes(entry, "nodes", nodes);
-      set.stiffness.assign(set.nodes.size(), per_node[0]);
-      set.damping.assign(set.nodes.size(), per_node[1]);
-    }
-    setup.springs.push_back(std::move(set));
-  });
-}
-
-void read_pressures(Section& solid, const Names& names, SolidSetup& setup) {
-  solid.tables(
-      "pressure", "uniform pressure that follows a surface", [&](Section& entry, std::size_t) {
-        PressureLoad load{
-            .facets = names.facets(entry, "faces", read_name(entry, "faces", true, "face set"))};
-        load.pressure =
-            read_schedule(entry, "overpressures_Pa", "Pa", "pressure less ambient at the times");
-        setup.pressures.push_back(std::move(load));
-      });
-}
-
-void read_initial(Section& solid, const Names& names, SolidCase& result) {
+void read_initial(Section& solid, const SetNames& names, SolidCase& result) {
   solid.tables("initial_velocity", "velocity at the start", [&](Section& entry, std::size_t) {
     SolidCase::InitialVelocity v;
     const std::string set = read_name(entry, "nodes", false, "node set; all nodes where absent");
@@ -283,7 +144,19 @@ void read_groups(Section& solid, const SolidMesh& mesh, SolidSetup& setup) {
       });
 }
 
-void read_histories(Section& solid, const Names& names, SolidCase& result) {
+void read_equilibrium(Section section, EquilibriumKeys& keys) {
+  section.flag("equilibrium", keys.wanted,
+               "start from the equilibrium of the loads at t = 0 (pressure of the eye, gravity)");
+  section.real("tolerance", keys.tolerance,
+               {.unit = "1",
+                .min = 0.0,
+                .max = 1.0,
+                .above_min = true,
+                .help = "residual over loads that counts as equilibrium"});
+  section.integer("steps", keys.most_steps, {.min = 1, .help = "steps of relaxation at most"});
+}
+
+void read_histories(Section& solid, const SetNames& names, SolidCase& result) {
   solid.tables("history", "tables of a tissue, of the cell nearest to a place, of a node set",
                [&](Section& entry, std::size_t) {
                  HistoryKeys h;
@@ -309,7 +182,7 @@ void read_histories(Section& solid, const Names& names, SolidCase& result) {
                });
 }
 
-void read_interface(Section& solid, const Names& names, SolidCase& result) {
+void read_interface(Section& solid, const SetNames& names, SolidCase& result) {
   auto section = solid.table("interface", "the surface coupled to the flow");
   result.interface = result.coupled ? "wet" : "";
   section.text("faces", result.interface,
@@ -319,30 +192,6 @@ void read_interface(Section& solid, const Names& names, SolidCase& result) {
   if (result.setup.interface.empty()) return;
   for (const auto& fault : check_closed_surface(names.mesh(), result.interface))
     section.fault("faces", fault);
-}
-
-/// Two prescriptions of one node and direction contradict each other.
-void check_supports(Section& solid, const SolidSetup& setup) {
-  std::vector<int> count(3 * setup.mesh->n_nodes(), 0);
-  std::string places;
-  int conflicts = 0;
-  const auto mark = [&](std::int32_t n, std::size_t i) {
-    if (++count[3 * static_cast<std::size_t>(n) + i] == 2 && ++conflicts <= 5)
-      places += fmt::format("{}node {} in {}", places.empty() ? "" : ", ", n, "xyz"[i]);
-  };
-  for (const auto& p : setup.prescribed)
-    for (const auto n : p.nodes) mark(n, p.direction);
-  for (const auto& f : setup.fixed)
-    for (std::size_t i = 0; i < 3; ++i)
-      if (f.directions[i])
-        for (const auto n : f.nodes) {
-          auto& c = count[3 * static_cast<std::size_t>(n) + i];
-          if (c > 0 && c < 100) mark(n, i);
-          c = std::max(c, 100);  // held twice is held
-        }
-  if (conflicts > 0)
-    solid.fault("prescribed",
-                fmt::format("{} nodes are moved by two entries: {}", conflicts, places));
 }
 
 std::shared_ptr<const SolidMesh> read_checked_mesh(Section& solid) {
@@ -373,18 +222,17 @@ SolidCase read_solid_case(CaseReader& reader) {
   result.setup.mesh = read_checked_mesh(solid);
   const auto& mesh = *result.setup.mesh;
   const bool have_mesh = mesh.n_cells() > 0;
-  const Names names(mesh);
+  const SetNames names(mesh);
   auto materials = read_materials(solid);
   if (have_mesh) result.setup.material_of_tissue = assign_materials(solid, materials, mesh.tissues);
   result.setup.materials = std::move(materials.materials);
   read_integrator(solid.table("integrator", "time stepping"), result.setup);
   read_output(solid.table("output", "what is written"), result.common, result.output);
   read_groups(solid, mesh, result.setup);
-  read_fixed(solid, names, result.setup);
-  read_prescribed(solid, names, result.setup);
-  read_springs(solid, names, result.setup);
-  read_pressures(solid, names, result.setup);
+  read_supports(solid, names, result.setup);
+  read_loads(solid, names, result.setup);
   read_initial(solid, names, result);
+  read_equilibrium(solid.table("initial", "the state at the start"), result.equilibrium);
   read_histories(solid, names, result);
   read_interface(solid, names, result);
   if (have_mesh) check_supports(solid, result.setup);

@@ -28,6 +28,13 @@ struct OutputKeys {
   std::vector<std::string> fields;
 };
 
+/// [solid.initial]: relaxation to an equilibrium before the start.
+struct EquilibriumKeys {
+  bool wanted = false;
+  double tolerance = 1e-4;
+  int most_steps = 200000;
+};
+
 /// What a case says of the solid, read and checked; names are resolved against the mesh.
 struct SolidCase {
   CaseCommon common;
@@ -35,6 +42,7 @@ struct SolidCase {
   std::string interface;  ///< face set of the coupled surface; empty when there is none
   bool coupled = false;   ///< the case has [coupling]
   OutputKeys output;
+  EquilibriumKeys equilibrium;
   std::vector<HistoryKeys> histories;
   struct InitialVelocity {
     std::vector<std::int32_t> nodes;

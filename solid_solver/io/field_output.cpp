@@ -6,6 +6,7 @@
 
 #include "coupler/base/hdf5_file.hpp"
 #include "solid_solver/elements/cell_stress.hpp"
+#include "solid_solver/mesh/cell_geometry.hpp"
 
 namespace ocublast::solid {
 namespace {
@@ -15,24 +16,24 @@ struct CellField {
   const char* units;
   std::size_t width;
 };
-constexpr CellField cell_fields[] = {{"pressure", "Pa", 1},
-                                     {"von_mises", "Pa", 1},
-                                     {"stress", "Pa", 6},
-                                     {"principal_stress", "Pa", 1},
-                                     {"principal_strain", "1", 1}};
+constexpr CellField cell_fields[] = {{"pressure", "Pa", 1},        {"von_mises", "Pa", 1},
+                                     {"stress", "Pa", 6},          {"principal_stress", "Pa", 1},
+                                     {"principal_strain", "1", 1}, {"deviatoric_norm", "Pa", 1},
+                                     {"volume_ratio", "1", 1},     {"energy_density", "J/m^3", 1}};
 struct NodeField {
   const char* name;
   const char* units;
 };
-constexpr NodeField node_fields[] = {{"displacement", "m"}, {"velocity", "m/s"}};
+constexpr NodeField node_fields[] = {
+    {"displacement", "m"}, {"velocity", "m/s"}, {"acceleration", "m/s^2"}};
 
 std::string step_name(std::size_t step) {
   return fmt::format("solid/{:04}.h5", step);
 }
 
 /// Values of one cell field for cells [begin, end), in single precision (files for the eye).
-std::vector<float> gather(const CellField& field, const CellResults& cells, std::size_t begin,
-                          std::size_t end) {
+std::vector<float> gather(const CellField& field, const SolidMesh& mesh, const CellResults& cells,
+                          std::size_t begin, std::size_t end) {
   std::vector<float> values;
   values.reserve((end - begin) * field.width);
   const std::string_view name = field.name;
@@ -45,7 +46,13 @@ std::vector<float> gather(const CellField& field, const CellResults& cells, std:
       continue;
     }
     const auto s = cell_scalars(cell);
+    if (name == "energy_density") {
+      values.push_back(static_cast<float>(cell[strain_energy] / cell_volume(mesh, c)));
+      continue;
+    }
     values.push_back(static_cast<float>(name == "pressure"           ? s.pressure
+                                        : name == "deviatoric_norm"  ? s.deviatoric_norm
+                                        : name == "volume_ratio"     ? 1.0 + cell[dilatation_mean]
                                         : name == "von_mises"        ? s.von_mises
                                         : name == "principal_stress" ? s.principal_stress
                                                                      : s.principal_strain));
@@ -94,8 +101,10 @@ void FieldOutput::write_step(const std::filesystem::path& path, const SolidRun& 
   file.write("position", values, {n, 3}, "m");
   for (const auto& field : node_fields) {
     if (!wanted(field.name)) continue;
-    const auto& from = std::string_view(field.name) == "velocity" ? run.state().velocity
-                                                                  : run.state().displacement;
+    const std::string_view name = field.name;
+    const auto& from = name == "velocity"       ? run.state().velocity
+                       : name == "acceleration" ? run.state().acceleration
+                                                : run.state().displacement;
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t i = 0; i < 3; ++i) values[3 * a + i] = static_cast<float>(from[4 * a + i]);
     file.write(field.name, values, {n, 3}, field.units);
@@ -107,8 +116,8 @@ void FieldOutput::write_step(const std::filesystem::path& path, const SolidRun& 
       const std::vector<std::size_t> shape =
           field.width == 1 ? std::vector<std::size_t>{end - begin}
                            : std::vector<std::size_t>{end - begin, field.width};
-      file.write(fmt::format("{}/{}", group, field.name), gather(field, cells, begin, end), shape,
-                 field.units);
+      file.write(fmt::format("{}/{}", group, field.name), gather(field, mesh, cells, begin, end),
+                 shape, field.units);
     };
     for (const auto& shape : shapes) {
       const std::size_t begin = mesh.first_cell(shape.shape);

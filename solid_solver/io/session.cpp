@@ -41,8 +41,17 @@ Session::Session(SolidCase from, Options options, std::shared_ptr<spdlog::logger
       run_(case_.setup),
       history_(run_, case_),
       fields_(options_.out, case_.output.fields) {
+  find_equilibrium();
   set_initial_velocities();
   progress_.next_checkpoint = case_.output.checkpoint_every;
+}
+
+void Session::find_equilibrium() {
+  const auto& keys = case_.equilibrium;
+  if (!keys.wanted || !options_.equilibrium) return;
+  const auto relaxed = run_.relax(keys.tolerance, static_cast<std::size_t>(keys.most_steps));
+  log_->info("equilibrium after {} steps, residual {:.3g} of the loads", relaxed.steps,
+             relaxed.residual);
 }
 
 void Session::set_initial_velocities() {

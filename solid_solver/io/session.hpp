@@ -42,6 +42,7 @@ class Session {
   struct Options {
     std::filesystem::path out;
     std::uint64_t case_hash = 0;
+    bool equilibrium = true;  ///< relax first where the case wants it
   };
   Session(SolidCase from, Options options, std::shared_ptr<spdlog::logger> log);
 
@@ -67,6 +68,7 @@ class Session {
   [[nodiscard]] std::string describe();
 
  private:
+  void find_equilibrium();
   void set_initial_velocities();
   [[nodiscard]] std::string bounded_by();
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "coupler/base/hdf5_file.hpp"
 #include "solid_solver/mesh/mesh_check.hpp"
@@ -129,6 +130,54 @@ TEST(SolidBadInput, ElementThatInvertsStopsTheRunWithPlaceAndTime) {
   EXPECT_EQ(outcome.code, 4);
   EXPECT_SAYS(outcome, "of tissue block inverted");
   EXPECT_SAYS(outcome, "at t = ");
+  EXPECT_SAYS(outcome, "last good checkpoint: none");
+}
+
+TEST(SolidBadInput, LawsElementsAndHoldsAreCheckedTogether) {
+  Folder folder;
+  const auto outcome =
+      check(folder,
+            "[[solid.material]]\nname = \"a\"\ntissues = [\"block\"]\nlaw = \"ogden\"\n"
+            "density_kg_m3 = 1000.0\nmu_1_Pa = -1e5\nalpha_1 = 2.0\nbulk_modulus_Pa = 1e8\n"
+            "prony_ratios = [0.7, 0.4]\nprony_times_s = [1e-3]\n"
+            "[[solid.group]]\ntissues = [\"block\"]\nelement = \"tet10\"\n"
+            "[[solid.tie]]\nnodes = \"z0\"\nfaces = \"z1\"\nreach_m = 1e-6\n"
+            "[[solid.wall]]\nnodes = \"z0\"\npoint_m = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 0.0]\n"
+            "[[solid.contact]]\nfaces = \"z0\"\nagainst = \"ceiling\"\n"
+            "[[solid.gravity]]\nacceleration_m_s2 = [0.0, 0.0, -9.81]\ntimes_s = [0.0, 1.0]\n"
+            "factors = [1.0]\n");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "shear modulus at zero strain is -100000 Pa");
+  EXPECT_SAYS(outcome, "1 times for 2 ratios");
+  EXPECT_SAYS(outcome, "sum is 1.1");
+  EXPECT_SAYS(outcome, "tissue 'block' has no cells tet10; tet10 does not apply");
+  EXPECT_SAYS(outcome, "no node lies within 1e-06 m of the faces");
+  EXPECT_SAYS(outcome, "is zero");
+  EXPECT_SAYS(outcome, "no face set 'ceiling'");
+  EXPECT_SAYS(outcome, "2 times for 1 values");
+}
+
+TEST(SolidEquilibrium, CaseStartsFromItAndResumesBitForBit) {
+  Folder folder;
+  const std::string load =
+      "[[solid.fixed]]\nnodes = \"z0\"\n"
+      "[[solid.gravity]]\nacceleration_m_s2 = [0.0, 0.0, -9.81]\n"
+      "[solid.initial]\nequilibrium = true\ntolerance = 1e-8\n"
+      "[[solid.pressure]]\nfaces = \"z1\"\ntimes_s = [0.0, 1e-3]\noverpressures_Pa = [0.0, 1e3]\n"
+      "[solid.output]\nhistory_every_s = 5e-5\ncheckpoint_every_s = 4e-4\n";
+  const auto outcome = check(folder, std::string(case_material) + load);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  const auto first = read_text(folder.path() / "out" / "solid_globals.csv");
+  const auto columns = read_csv(folder.path() / "out" / "solid_globals.csv");
+  EXPECT_LT(columns.at("kinetic_J").front(), 1e-12 * columns.at("internal_J").front());
+  EXPECT_GT(columns.at("displacement_largest_m").front(), 0.0);
+  for (const double error : columns.at("energy_error_1")) EXPECT_LT(std::abs(error), 1e-3);
+  const auto path = folder.path().string();
+  const auto resumed =
+      run_command(std::string(SOLID_SOLVER) + " " + path + "/case.toml --mesh-dir " + path +
+                  " --out " + path + "/again --resume " + path + "/out");
+  ASSERT_EQ(resumed.code, 0) << resumed.text;
+  EXPECT_EQ(read_text(folder.path() / "again" / "solid_globals.csv"), first);
 }
 
 TEST(SolidBadInput, CoupledCaseWithoutCouplerSaysHowToStartIt) {

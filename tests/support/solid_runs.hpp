@@ -23,6 +23,18 @@ inline SolidSetup make_setup(SolidMesh mesh, Material material) {
   return setup;
 }
 
+/// The same for one element type.
+inline SolidSetup make_setup(SolidMesh mesh, Material material, const std::string& element) {
+  auto setup = make_setup(std::move(mesh), std::move(material));
+  setup.assembly.element_of_tissue.assign(setup.mesh->tissues.size(), element);
+  return setup;
+}
+
+inline FixedNodes fixed_set(const SolidMesh& mesh, const std::string& set,
+                            std::array<bool, 3> directions) {
+  return {.nodes = mesh.node_sets.at(set), .directions = directions};
+}
+
 /// Runs to `end` in equal windows and calls `look` after each; returns the largest energy error
 /// seen.
 inline double run(SolidRun& solid, double end, int windows,

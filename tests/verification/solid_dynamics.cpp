@@ -18,11 +18,6 @@ using namespace test;
 constexpr std::size_t x_axis = 0;
 constexpr std::size_t z_axis = 2;
 
-FixedNodes fixed_set(const SolidMesh& mesh, const std::string& set,
-                     std::array<bool, 3> directions) {
-  return {.nodes = mesh.node_sets.at(set), .directions = directions};
-}
-
 /// A bar along z, step pressure on z1; `clamped_sides` keeps it straight (P-wave), else nu = 0.
 struct Column {
   SolidSetup setup;
@@ -135,43 +130,8 @@ TEST(BreathingMode, ShellRingsAtTheExactFrequency) {
   const double f = frequency_of(radius, sample);
   std::printf("breathing mode %.3f Hz of 868.496 (%+.2f %%), energy error %.1e\n", f,
               100.0 * (f / 868.496 - 1.0), energy_error);
-  EXPECT_NEAR(f, 868.496, 0.01 * 868.496);
+  EXPECT_NEAR(f, 868.496, 0.005 * 868.496);
   EXPECT_LT(energy_error, 1e-3);
-}
-
-double bending_column(int n, const Material& material, bool tets, double end) {
-  auto mesh = make_block({.cells = {n, n, 6 * n}, .size = {1.0, 1.0, 6.0}});
-  if (tets) mesh = to_tets(mesh);
-  auto setup = make_setup(mesh, material);
-  setup.fixed.push_back(fixed_set(*setup.mesh, "z0", {true, true, true}));
-  SolidRun solid(setup);
-  for (std::size_t a = 0; a < solid.mesh().n_nodes(); ++a)
-    solid.set_velocity(static_cast<std::int32_t>(a),
-                       {10.0 * solid.mesh().nodes[3 * a + z_axis] / 6.0, 0.0, 0.0});
-  double largest = 0.0;
-  const std::size_t corner = solid.mesh().n_nodes() - 1;
-  const double error = run(solid, end, 100, [&](double) {
-    largest = std::max(largest, solid.state().displacement[4 * corner + x_axis]);
-  });
-  EXPECT_LT(error, 1e-3);
-  return largest;
-}
-
-TEST(BendingColumn, Q1P0DoesNotLockAtAThousandTimesTheShearModulus) {
-  const auto material = make_neo_hookean(17e6, 0.4995, 1100.0);
-  const double two = bending_column(2, material, false, 0.55);
-  const double four = bending_column(4, material, false, 0.55);
-  std::printf("largest u_x: N = 2 %.3f m (2.81), N = 4 %.3f m (2.85), converged 2.87 m\n", two,
-              four);
-  EXPECT_NEAR(two, 2.81, 0.01 * 2.81);
-  EXPECT_NEAR(four, 2.85, 0.01 * 2.85);
-}
-
-TEST(BendingColumn, AveragedPressureTetsBendAsMeasuredElsewhere) {
-  const double two = bending_column(2, make_neo_hookean(17e6, 0.4995, 1100.0), true, 0.55);
-  std::printf("largest u_x: N = 2 %.3f m (1.94)\n", two);
-  // Another cut of the hexes into tets moves this by some per cent.
-  EXPECT_NEAR(two, 1.94, 0.1 * 1.94);
 }
 
 TEST(SpinningCube, KeepsMomentumAndEnergy) {
@@ -229,7 +189,7 @@ TEST(WaterSphere, SwingsAboutTheAppliedPressureAtItsAcousticFrequency) {
   const double f = strongest_frequency(pressure, sample, 40e3, 90e3);
   std::printf("frequency %.0f Hz of 62500 (%+.2f %%), mean %.2f kPa of 100, energy error %.1e\n", f,
               100.0 * (f / 62500.0 - 1.0), 1e-3 * mean, energy_error);
-  EXPECT_NEAR(f, 62500.0, 0.02 * 62500.0);
+  EXPECT_NEAR(f, 62500.0, 0.005 * 62500.0);
   EXPECT_NEAR(mean, 1e5, 5e3);
   EXPECT_LT(energy_error, 1e-3);
 }

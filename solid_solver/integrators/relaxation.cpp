@@ -1,0 +1,81 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "coupler/base/errors.hpp"
+#include "solid_solver/step.hpp"
+
+// Dynamic relaxation by kinetic damping: the body swings freely under its loads; whenever its
+// kinetic energy has passed a peak it stands near an equilibrium of its fastest swing and is
+// stopped. No damping constant has to be guessed.
+
+namespace ocublast::solid {
+
+SolidRun::Relaxed SolidRun::relax(double tolerance, std::size_t most_steps) {
+  Relaxed result;
+  // An endless step lets rate-dependent stress relax fully and leaves no viscous stress.
+  constexpr double endless = 1e-300;
+  const auto sums = sums_;
+  const Window window{.t_begin = state_.time, .t_end = state_.time};
+  double last_kinetic = 0.0;
+  double loads = 0.0;
+  while (result.steps < most_steps) {
+    ++result.steps;
+    const double dt = stable_step_;  // renewed as the body deforms
+    const StepTimes times{.t_old = state_.time, .t_new = state_.time, .dt = dt};
+    predict(times);
+    impose_prescribed(times);
+    if (assembly_->compute_force(state_.displacement, residual_, endless).bad)
+      report_inverted(state_.time);
+    double internal = 0.0;
+    for (std::size_t i = 0; i < residual_.size(); ++i)
+      if (inverse_mass_[i] > 0.0) internal += residual_[i] * residual_[i];
+    WindowResult unused;
+    apply_loads(window, times, unused);
+    apply_forces({.t_old = state_.time, .t_new = state_.time, .dt = 0.0});
+    reduce_residual();
+    correct(dt);
+    finish_prescribed(times);
+    double kinetic = 0.0;
+    double left = 0.0;
+    for (std::size_t i = 0; i < residual_.size(); ++i) {
+      if (inverse_mass_[i] == 0.0) continue;
+      kinetic += state_.velocity[i] * state_.velocity[i] / inverse_mass_[i];
+      left += residual_[i] * residual_[i];
+    }
+    loads = std::max(loads, result.steps == 1 ? left : internal);
+    result.residual = loads > 0.0 ? std::sqrt(left / loads) : 0.0;
+    if (result.residual <= tolerance) break;
+    if (kinetic < last_kinetic) {
+      std::fill(state_.velocity.begin(), state_.velocity.end(), 0.0);
+      kinetic = 0.0;
+    }
+    last_kinetic = kinetic;
+    steps_since_renewal_ += 1;
+    if (result.steps % static_cast<std::size_t>(setup_.control.check_every) == 0)
+      look_at_configuration();
+  }
+  if (result.residual > tolerance)
+    throw NumericsError(fmt::format(
+        "no equilibrium after {} steps of relaxation: residual {:.3g} of the loads, accepted "
+        "{:.3g}; is the body held? Otherwise allow more steps (solid.initial.steps)",
+        result.steps, result.residual, tolerance));
+  std::fill(state_.velocity.begin(), state_.velocity.end(), 0.0);
+  refresh_acceleration();
+  const double stored = sums_.stored;
+  started_ = true;
+  awake_ = true;
+  CellResults cells;
+  assembly_->evaluate(state_.displacement, cells);
+  sums_ = sums;
+  sums_.stored = stored;
+  for (std::size_t cell = 0; cell < mesh().n_cells(); ++cell)
+    sums_.initial +=
+        cells[cell * n_evaluated + strain_energy] + cells[cell * n_evaluated + hourglass_energy];
+  sums_.initial += stored;
+  renew_stable_step();
+  return result;
+}
+
+}  // namespace ocublast::solid
