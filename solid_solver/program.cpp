@@ -92,6 +92,13 @@ void run_alone(Session& session, const std::filesystem::path& out, bool quiet) {
   session.write_summary();
 }
 
+/// Fewer threads for a small mesh: below some thousand elements each, waiting at the colours'
+/// barriers costs more than it brings. Results do not depend on it.
+int useful_threads(int wanted, const SolidMesh& mesh) {
+  constexpr std::size_t elements_per_thread = 2000;
+  return std::clamp(static_cast<int>(mesh.n_cells() / elements_per_thread), 1, wanted);
+}
+
 int list_keys() {
   auto listing = CaseReader::make_listing();
   static_cast<void>(read_solid_case(listing));
@@ -112,7 +119,8 @@ int run_program(int argc, char** argv) {
     std::fputs(reader.effective().c_str(), stdout);
     return static_cast<int>(ExitCode::done);
   }
-  from.setup.assembly.threads = line->threads > 0 ? line->threads : omp_get_num_procs();
+  from.setup.assembly.threads =
+      useful_threads(line->threads > 0 ? line->threads : omp_get_num_procs(), *from.setup.mesh);
   from.setup.assembly.instruction_set = best_instruction_set();
   const bool coupled = from.coupled;
   const auto out =
