@@ -56,9 +56,13 @@ TEST_P(BendingTable, OverRefinementAndBulkModulus) {
       if (n == 8 && (ratio > 1e3 || type.shape == Shape::tet10)) continue;
       if (n == 4 && ratio > 1e4 && type.shape == Shape::tet10) continue;
       const double largest = bend(type, n, ratio);
-      if (type.name == "hex8_q1p0" && n >= 4) EXPECT_NEAR(largest, 2.87, 0.01 * 2.87);
-      if (type.name == "hex8_one_point" && n >= 4) EXPECT_NEAR(largest, 2.87, 0.01 * 2.87);
-      if (!locks) EXPECT_GT(largest, 1.4);  // half of the motion at any K/G
+      const bool proven = type.name == "hex8_q1p0" || type.name == "hex8_one_point";
+      if (proven && n >= 4) {
+        EXPECT_NEAR(largest, 2.87, 0.01 * 2.87);
+      }
+      if (!locks) {
+        EXPECT_GT(largest, 1.4);  // half of the motion at any K/G
+      }
       EXPECT_LT(largest, 3.0);
     }
 }
