@@ -14,6 +14,11 @@ ocublast_test(NAME test_coupler_window LABEL unit SOURCES unit/coupler_window.cp
 ocublast_test(NAME test_coupler_recording LABEL unit SOURCES unit/coupler_recording.cpp
               LIBRARIES ocublast_coupler)
 
+ocublast_test(NAME test_coupler_relaxation LABEL unit SOURCES unit/coupler_relaxation.cpp
+              LIBRARIES ocublast_coupler)
+ocublast_test(NAME test_coupler_memory LABEL unit SOURCES unit/coupler_memory.cpp
+              LIBRARIES ocublast_link)
+
 # Tests that run the whole coupler; in Python, one ctest entry per class.
 function(ocublast_coupler_test name label file class timeout)
   add_test(NAME ${name} COMMAND /usr/bin/python3 -W ignore ${CMAKE_CURRENT_SOURCE_DIR}/${file} -v ${class})
