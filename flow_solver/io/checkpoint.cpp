@@ -39,6 +39,7 @@ void write_checkpoint(const std::filesystem::path& directory, Flow& flow,
   file.write("interface_times", clock.interface_times, {clock.interface_times.size()}, "s");
   file.write("surface_probes/times", clock.surface_times, {clock.surface_times.size()}, "s");
   file.write("surface_probes/overpressure", clock.surface_history, {clock.surface_history.size()}, "Pa");
+  file.write("bodies/motions", clock.bodies, {clock.bodies.size()}, "SI");
   file.write("sums", clock.sums, {clock.sums.size()}, "mixed");
   for (const auto& part : flow.checkpoint())
     file.write("state/" + std::string(part.name), std::span<const double>(part.values),
@@ -81,6 +82,7 @@ RunClock read_checkpoint(const std::filesystem::path& directory, Flow& flow,
   clock.interface_times = file.read<double>("interface_times");
   clock.surface_times = file.read<double>("surface_probes/times");
   clock.surface_history = file.read<double>("surface_probes/overpressure");
+  clock.bodies = file.read<double>("bodies/motions");
   clock.sums = file.read<double>("sums");
   for (const auto& part : flow.checkpoint()) {
     const auto values = read_of_size(file, "state/" + std::string(part.name), part.values.size(), path);

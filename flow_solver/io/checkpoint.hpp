@@ -22,6 +22,7 @@ struct RunClock {
   std::vector<std::uint8_t> walls;      ///< history of the immersed walls, read back only
   std::vector<double> surface_times;    ///< s, of the surface probes
   std::vector<double> surface_history;  ///< Pa
+  std::vector<double> bodies;           ///< motions and balances of the bodies, read back as they are
   std::vector<double> sums;             ///< further running maxima and sums, by the run's own order
 };
 

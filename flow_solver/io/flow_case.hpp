@@ -10,19 +10,28 @@
 #include "coupler/base/case_reader.hpp"
 #include "flow_solver/grid/make_grid.hpp"
 #include "flow_solver/immersed/immersed_boundary.hpp"
+#include "flow_solver/immersed/rigid_motion.hpp"
 #include "flow_solver/io/probes.hpp"
 #include "flow_solver/sources/kingery_bulmash.hpp"
 #include "flow_solver/step.hpp"
 
 namespace ocublast::flow {
 
-enum class BodyMotion { fixed, prescribed, coupled };
+enum class BodyMotion { fixed, prescribed, free, coupled };
 
-/// Law of a rigid translation: x(t) = X + velocity t + amplitude (1 - cos(angular_frequency t)).
-struct RigidPath {
-  std::array<double, 3> velocity{};   ///< m/s
-  std::array<double, 3> amplitude{};  ///< m
-  double angular_frequency = 0.0;     ///< 1/s
+/// A rigid body that the gas carries. Mass or density is given; center and inertia else follow from
+/// the surface at uniform density.
+struct FreeBodyCase {
+  double mass = 0.0;                        ///< kg
+  double density = 0.0;                     ///< kg/m^3
+  bool center_given = false;
+  std::array<double, 3> center{};           ///< m, of mass, on the reference shape
+  std::vector<double> inertia;              ///< kg m^2 about it: xx, yy, zz, xy, yz, zx; empty: uniform
+  std::array<double, 3> velocity{};         ///< m/s, at the start
+  std::array<double, 3> angular_velocity{}; ///< rad/s, at the start
+  std::array<double, 3> gravity{};          ///< m/s^2
+  std::array<bool, 3> translates{true, true, true};
+  std::array<bool, 3> rotates{true, true, true};
 };
 
 /// A plane wall across the whole domain that moves along a direction and replaces a face of the
@@ -37,6 +46,7 @@ struct BodyCase {
   std::filesystem::path surface;  ///< empty for a coupled body: the solid sends its surface
   BodyMotion motion = BodyMotion::fixed;
   RigidPath path;
+  FreeBodyCase free;
   WallSlip slip = WallSlip::slip;
   double wall_temperature = 0.0;  ///< K, 0: adiabatic
   std::optional<PistonCase> piston;  ///< the body is the piston of a face of the domain

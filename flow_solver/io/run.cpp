@@ -26,6 +26,15 @@ double wall_clock() {
 volatile std::sig_atomic_t stop_asked = 0;
 void ask_to_stop(int) { stop_asked = 1; }
 
+WallTransport wall_transport(const FlowOptions& options) {
+  if (options.viscosity == Viscosity::none) return {};
+  const bool sutherland = options.viscosity == Viscosity::sutherland;
+  return {.viscosity = options.dynamic_viscosity,
+          .sutherland_reference = sutherland ? options.sutherland_reference : 0.0,
+          .sutherland_temperature = options.sutherland_temperature,
+          .prandtl = options.prandtl};
+}
+
 void require_inside_grid(const FlowCase& flow_case, const Body& body) {
   for (std::size_t a = 0; a < 3; ++a) {
     const auto& axis = flow_case.axes[a];
@@ -109,6 +118,7 @@ FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<sp
   wall_start_ = wall_clock();
   auto surfaces = make_bodies(case_, coupled_surface);
   if (!surfaces.empty()) {
+    case_.immersed.transport = wall_transport(case_.options);
     bodies_ = std::make_unique<ImmersedBoundary>(flow_.grid(), case_.options.gas, std::move(surfaces),
                                                  case_.immersed);
     for (std::size_t b = 0; b < case_.bodies.size(); ++b)
@@ -143,6 +153,7 @@ FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<sp
     fluid_nodes_ = flow_.grid().n_cells();
   }
   flow_.fill_domain_ghosts();
+  start_bodies(!line.resume.empty());
   if (!out_.empty()) {
     probes_.open(out_ / "probes.csv", resume_time);
     open_globals(resume_time);
@@ -214,24 +225,26 @@ double FlowRun::stable_step() {
   return bodies_ ? std::min(dt, bodies_->wall_step_limit()) : dt;
 }
 
-/// Each prescribed body follows its law over the interval; a cubic through end positions and
-/// velocities is 4th order in the interval, far below the flow's own error.
-void FlowRun::set_prescribed_paths(double t_begin, double t_end) {
-  for (std::size_t b = 0; b < case_.bodies.size(); ++b) {
-    const auto& spec = case_.bodies[b];
-    if (spec.motion != BodyMotion::prescribed) continue;
-    const auto& reference = bodies_->body(b).surface.vertices;
-    std::vector<double> x(reference.size());
-    std::vector<double> v(reference.size());
-    const double w = spec.path.angular_frequency;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      const std::size_t a = i % 3;
-      x[i] = reference[i] + spec.path.velocity[a] * t_end +
-             spec.path.amplitude[a] * (1.0 - std::cos(w * t_end));
-      v[i] = spec.path.velocity[a] + spec.path.amplitude[a] * w * std::sin(w * t_end);
-    }
-    bodies_->set_path(b, t_begin, t_end, x, v);
+void FlowRun::read_loads() {
+  loads_.resize(bodies_->n_bodies());
+  for (std::size_t b = 0; b < loads_.size(); ++b)
+    loads_[b] = bodies_->load(std::as_const(flow_).primitives(), b, case_.common.ambient_pressure);
+}
+
+/// Motions and balances from the start, or from what a checkpoint held.
+void FlowRun::start_bodies(bool resumed) {
+  if (!bodies_) return;
+  motions_ = std::make_unique<BodyMotions>(case_, *bodies_);
+  balance_ = std::make_unique<WallBalance>(flow_, *bodies_);
+  read_loads();
+  if (resumed) {
+    std::span<const double> saved = clock_.bodies;
+    motions_->restore(saved);
+    balance_->restore(saved);
+    return;
   }
+  motions_->start(loads_);
+  balance_->start(loads_);
 }
 
 void FlowRun::step_to(double t_end) {
@@ -242,12 +255,17 @@ void FlowRun::step_to(double t_end) {
     const double n = std::max(1.0, std::ceil(remaining / stable_step() * (1.0 - 1e-9)));
     const double dt = remaining / n;
     const double t_next = n == 1.0 ? t_end : clock_.time + dt;
-    set_prescribed_paths(clock_.time, t_next);
+    if (bodies_) motions_->set_paths(*bodies_, clock_.time, t_next);
     if (incident_) incident_->cover(clock_.time, t_next);
     try {
       last_report_ = flow_.advance(clock_.time, dt);
     } catch (const NumericsError& error) {
       throw NumericsError(error.what() + save_last_good());
+    }
+    if (bodies_) {
+      read_loads();
+      motions_->correct(t_next - clock_.time, loads_);
+      balance_->add(t_next - clock_.time, loads_);
     }
     clock_.time = t_next;
     ++clock_.step;
@@ -301,9 +319,17 @@ void FlowRun::open_globals(double resume_time) {
   std::string header =
       "time_s,step,dt_s,mass_kg,energy_J,active_share,marked_nodes,redone,max_pressure_Pa,"
       "min_pressure_Pa";
-  for (const auto& body : case_.bodies)
+  if (!case_.bodies.empty()) header += ",gas_mass_to_walls_kg,leaked_mass_kg";
+  for (const auto& body : case_.bodies) {
     header += fmt::format(",{0}_force_x_N,{0}_force_y_N,{0}_force_z_N,{0}_moment_x_N_m,{0}_moment_y_N_m,"
-                          "{0}_moment_z_N_m,{0}_power_W,{0}_exposed_area_m2", body.name);
+                          "{0}_moment_z_N_m,{0}_impulse_x_N_s,{0}_impulse_y_N_s,{0}_impulse_z_N_s,{0}_power_W,"
+                          "{0}_exposed_area_m2", body.name);
+    if (body.slip == WallSlip::no_slip)
+      header += fmt::format(",{0}_shear_force_x_N,{0}_shear_force_y_N,{0}_shear_force_z_N,{0}_heat_W", body.name);
+    if (body.motion == BodyMotion::free)
+      header += fmt::format(",{0}_x_m,{0}_y_m,{0}_z_m,{0}_u_m_s,{0}_v_m_s,{0}_w_m_s,{0}_omega_x_rad_s,"
+                            "{0}_omega_y_rad_s,{0}_omega_z_rad_s", body.name);
+  }
   for (const auto& probe : case_.surface_probes) header += fmt::format(",{}_overpressure_Pa", probe.name);
   globals_ = open_csv_table(out_ / "globals.csv", header, resume_time);
 }
@@ -314,11 +340,25 @@ void FlowRun::write_globals(const StepReport& r) {
   globals_ << fmt::format("{:.17g},{},{:.9g},{:.15g},{:.15g},{:.5g},{},{},{:.9g},{:.9g}", clock_.time,
                           clock_.step, r.dt, totals.mass, totals.energy, r.active_share, r.marked_nodes,
                           r.redone, r.largest_pressure, r.smallest_pressure);
+  const auto put = [&](const auto& values) {
+    for (const double x : values) globals_ << fmt::format(",{:.9g}", x);
+  };
+  if (balance_) put(std::array{balance_->gas_mass(), balance_->leaked_mass()});
   for (std::size_t b = 0; b < case_.bodies.size(); ++b) {
-    const auto load = bodies_->load(std::as_const(flow_).primitives(), b, case_.common.ambient_pressure);
-    globals_ << fmt::format(",{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", load.force[0],
-                            load.force[1], load.force[2], load.moment[0], load.moment[1],
-                            load.moment[2], load.power, load.exposed_area);
+    const BodyLoad& load = loads_[b];
+    put(load.force);
+    put(load.moment);
+    put(balance_->impulse(b));
+    put(std::array{load.power, load.exposed_area});
+    if (case_.bodies[b].slip == WallSlip::no_slip) {
+      put(load.shear_force);
+      put(std::array{load.heat});
+    }
+    if (const FreeBody* free = motions_->free_body(b)) {
+      put(free->state().center.c);
+      put(free->state().velocity.c);
+      put(free->state().angular_velocity.c);
+    }
   }
   for (std::size_t i = surface_places_.size(); i > 0; --i)
     globals_ << fmt::format(",{:.9g}", surface_history_[surface_history_.size() - i]);
@@ -348,6 +388,11 @@ void FlowRun::save(const std::filesystem::path& directory) {
   clock_.surface_times = surface_times_;
   clock_.surface_history = surface_history_;
   keep_sums();
+  if (bodies_) {
+    clock_.bodies = motions_->save();
+    const auto balance = balance_->save();
+    clock_.bodies.insert(clock_.bodies.end(), balance.begin(), balance.end());
+  }
   write_checkpoint(directory, flow_, bodies_.get(), probes_, clock_);
   probes_.flush();
   globals_.flush();
@@ -438,7 +483,7 @@ link::Report FlowRun::finish_window(const link::Order& order) {
   bodies_->read_overpressure(W, *coupled_body_, case_.common.ambient_pressure, overpressure_);
   double largest = 0.0;
   for (const double p : overpressure_) largest = std::max(largest, std::abs(p));
-  const auto load = bodies_->load(W, *coupled_body_, case_.common.ambient_pressure);
+  const BodyLoad& load = loads_[*coupled_body_];
   report.idle = largest <= case_.quiet_overpressure * case_.common.ambient_pressure;
   if (!report.idle) {
     const double window = order.t_end - order.t_begin;

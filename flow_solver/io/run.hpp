@@ -11,10 +11,12 @@
 
 #include "coupler/base/command_line.hpp"
 #include "coupler/link/participant.hpp"
+#include "flow_solver/io/body_motions.hpp"
 #include "flow_solver/io/charge_start.hpp"
 #include "flow_solver/io/checkpoint.hpp"
 #include "flow_solver/io/field_output.hpp"
 #include "flow_solver/io/flow_case.hpp"
+#include "flow_solver/io/wall_balance.hpp"
 
 namespace ocublast::flow {
 
@@ -54,7 +56,8 @@ class FlowRun {
   void after_step();
   void write_outputs(bool last);
   void write_globals(const StepReport& report);
-  void set_prescribed_paths(double t_begin, double t_end);
+  void start_bodies(bool resumed);
+  void read_loads();
   [[nodiscard]] double stable_step();
   link::Report finish_window(const link::Order& order);
   void place_surface_probes();
@@ -75,6 +78,9 @@ class FlowRun {
   bool quiet_ = false;
   Flow flow_;
   std::unique_ptr<ImmersedBoundary> bodies_;
+  std::unique_ptr<BodyMotions> motions_;
+  std::unique_ptr<WallBalance> balance_;
+  std::vector<BodyLoad> loads_;  ///< per body, at the current time
   Probes probes_;
   FieldOutput fields_;
   InterfaceOutput surfaces_;

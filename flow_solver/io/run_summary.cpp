@@ -64,14 +64,20 @@ void FlowRun::write_summary() {
     }
     quantities.push_back(quantity(speed.name, std::sqrt(distance) / t, "m/s"));
   }
+  if (balance_) {
+    quantities.push_back(quantity("gas_leaked_through_walls", balance_->leaked_mass(), "kg"));
+    quantities.push_back(quantity("gas_leaked_through_walls_largest", balance_->largest_leak(), "kg"));
+    for (std::size_t b = 0; b < case_.bodies.size(); ++b)
+      for (std::size_t a = 0; a < 3; ++a)
+        quantities.push_back(quantity(case_.bodies[b].name + "_impulse_" + "xyz"[a], balance_->impulse(b)[a], "N s"));
+  }
   if (coupled_body_) {
     const auto& name = case_.bodies[*coupled_body_].name;
     quantities.push_back(quantity(name + "_peak_wall_overpressure", sums_.wall_peak, "Pa"));
     quantities.push_back(quantity(name + "_peak_wall_overpressure_time", sums_.wall_peak_time, "s"));
     quantities.push_back(quantity(
         name + "_exposed_area",
-        bodies_->load(std::as_const(flow_).primitives(), *coupled_body_, case_.common.ambient_pressure)
-            .exposed_area, "m^2"));
+        loads_[*coupled_body_].exposed_area, "m^2"));
   }
   const double steps = static_cast<double>(std::max<std::int64_t>(clock_.step, 1));
   Json performance = {

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "flow_solver/immersed/immersed_boundary.hpp"
+#include "flow_solver/step.hpp"
+
+namespace ocublast::flow {
+
+/// What the walls did over a run: impulse on each body, and the mass that leaked through them. The
+/// mass of the gas is its mean density, cells at walls cut to the walls, times its volume, which
+/// changes by what moving walls take; what neither that nor the flow through open faces of the domain
+/// explains has leaked.
+class WallBalance {
+ public:
+  WallBalance(const Flow& flow, const ImmersedBoundary& bodies);
+
+  /// State and loads at the start, and at the end of a step of dt seconds.
+  void start(std::span<const BodyLoad> loads);
+  void add(double dt, std::span<const BodyLoad> loads);
+
+  [[nodiscard]] double gas_mass() const { return mass_; }               ///< kg
+  [[nodiscard]] double leaked_mass() const;                             ///< kg, into the gas
+  [[nodiscard]] const std::array<double, 3>& impulse(std::size_t b) const { return impulse_[b]; }  ///< N s
+  [[nodiscard]] double largest_leak() const { return largest_leak_; }   ///< kg
+
+  [[nodiscard]] std::vector<double> save() const;
+  /// Takes what `save` gave from the front of `saved`.
+  void restore(std::span<const double>& saved);
+
+ private:
+  void measure();
+  [[nodiscard]] double inflow() const;
+  [[nodiscard]] double volume_rate(std::span<const BodyLoad> loads) const;
+
+  const Flow& flow_;
+  const ImmersedBoundary& bodies_;
+  std::vector<double> depth_;  ///< m, extent of each body in absent directions (product)
+  std::vector<std::array<double, 3>> impulse_, force_;
+  double volume_ = 0.0, volume_rate_ = 0.0;
+  double mass_ = 0.0, first_mass_ = 0.0;
+  double inflow_ = 0.0, brought_ = 0.0;
+  double largest_leak_ = 0.0;
+};
+
+}  // namespace ocublast::flow
