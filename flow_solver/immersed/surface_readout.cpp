@@ -1,5 +1,7 @@
 #include "flow_solver/immersed/surface_readout.hpp"
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 
@@ -171,25 +173,61 @@ bool in_grid(const Grid& grid, const Vec3& x) {
   return true;
 }
 
-/// Exposed share and middle of the exposed part, from the four similar triangles of a facet.
-void find_exposure(const Grid& grid, const Bodies& bodies, std::size_t b, std::int32_t f,
-                   FacetReading& reading) {
-  const BodyState& s = bodies[b];
-  const Corners& v = s.topology.facet[f];
-  const Vec3 x[3] = {s.vertex(v[0]), s.vertex(v[1]), s.vertex(v[2])};
-  const Vec3 middle = (1.0 / 3.0) * (x[0] + x[1] + x[2]);
-  Vec3 sum;
-  int n = 0;
-  for (int part = 0; part < 4; ++part) {
-    const Vec3 point = part < 3 ? 0.5 * (middle + x[part]) : middle;
-    if (!in_grid(grid, point)) continue;
-    if (is_covered(bodies, static_cast<std::int32_t>(b), f, point)) continue;
-    sum = sum + point;
-    ++n;
+/// Barycentric middles of the 4^level similar triangles of a facet.
+std::vector<std::array<double, 3>> middles_of_parts(int level) {
+  const int n = 1 << level;
+  std::vector<std::array<double, 3>> parts;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n - i; ++j) {
+      const auto add = [&](double third) {
+        const double u = (i + third) / n, v = (j + third) / n;
+        parts.push_back({u, v, 1.0 - u - v});
+      };
+      add(1.0 / 3.0);
+      if (j < n - i - 1) add(2.0 / 3.0);
+    }
   }
-  reading.exposed = 0.25 * n;
-  reading.point = n > 0 ? (1.0 / n) * sum : middle;
+  return parts;
 }
+
+/// Exposed share and middle of the exposed part: from the four similar triangles of a facet, from
+/// sixteen where another body may cut it.
+class Exposure {
+ public:
+  Exposure(const Grid& grid, const Bodies& bodies, std::size_t b)
+      : grid_(grid), bodies_(bodies), b_(static_cast<std::int32_t>(b)) {}
+
+  void find(std::int32_t f, FacetReading& reading) const {
+    if (!sum(f, coarse_, reading) || reading.exposed == 1.0) return;
+    sum(f, fine_, reading);
+  }
+
+ private:
+  /// Whether any part is exposed.
+  bool sum(std::int32_t f, const std::vector<std::array<double, 3>>& parts, FacetReading& reading) const {
+    const BodyState& s = bodies_[static_cast<std::size_t>(b_)];
+    const Corners& v = s.topology.facet[f];
+    const Vec3 x[3] = {s.vertex(v[0]), s.vertex(v[1]), s.vertex(v[2])};
+    reading.weight = {};
+    int n = 0;
+    for (const auto& w : parts) {
+      const Vec3 point = w[0] * x[0] + w[1] * x[1] + w[2] * x[2];
+      if (!in_grid(grid_, point) || is_covered(bodies_, b_, f, point)) continue;
+      for (std::size_t c = 0; c < 3; ++c) reading.weight[c] += w[c];
+      ++n;
+    }
+    reading.exposed = static_cast<double>(n) / static_cast<double>(parts.size());
+    for (double& w : reading.weight) w = n > 0 ? w / n : 1.0 / 3.0;
+    reading.point = reading.weight[0] * x[0] + reading.weight[1] * x[1] + reading.weight[2] * x[2];
+    return n > 0;
+  }
+
+  const Grid& grid_;
+  const Bodies& bodies_;
+  std::int32_t b_;
+  std::vector<std::array<double, 3>> coarse_ = middles_of_parts(1);
+  std::vector<std::array<double, 3>> fine_ = middles_of_parts(2);
+};
 
 /// Least distance of the first probe, spacings: nearer, its difference from the wall is rounding of
 /// the interpolation.
@@ -250,6 +288,7 @@ std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double
   const Reader reader(read.nodes, read.W, read.gas);
   const bool friction = shear == ReadShear::yes && read.transport.viscosity > 0.0 &&
                         s.body.slip == WallSlip::no_slip;
+  const Exposure exposure(grid, read.bodies, b);
   std::vector<FacetReading> facets(s.n_facets());
   const auto n = static_cast<std::int32_t>(s.n_facets());
 #pragma omp parallel for schedule(dynamic, 64) if (n > 500)
@@ -257,7 +296,7 @@ std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double
     FacetReading& reading = facets[f];
     const Vec3& normal = s.geometry.normal[f];
     if (s.buried[f] != 0 || is_cap(grid, normal)) continue;
-    find_exposure(grid, read.bodies, b, f, reading);
+    exposure.find(f, reading);
     if (reading.exposed == 0.0) continue;
     Wall wall{.foot = foot_on_facet(s, f, reading.point)};
     if (!s.at_rest) {
@@ -279,21 +318,88 @@ std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double
 
 namespace {
 
-/// Mean over the facets around each vertex, weighted with area; `store(v, mean)`.
+/// A vertex's part of the loads of the facets around it, over a third of their area; `store(v, value)`.
 template <class Value, class Store>
 void spread(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,
             Value FacetReading::*value, const Store& store) {
   const SurfaceTopology& topology = body.topology;
-  for (std::size_t v = 0; v < body.n_vertices(); ++v) {
+  for (std::int32_t v = 0; v < static_cast<std::int32_t>(body.n_vertices()); ++v) {
     Value sum{};
     double area = 0.0;
     for (std::int32_t n = topology.around_first[v]; n < topology.around_first[v + 1]; ++n) {
       const std::int32_t f = topology.around[n];
       if (is_cap(grid, body.geometry.normal[f])) continue;
-      sum = sum + (body.geometry.area[f] * facets[f].exposed) * (facets[f].*value);
+      const Corners& corner = topology.facet[f];
+      const std::size_t c = corner[0] == v ? 0 : (corner[1] == v ? 1 : 2);
+      sum = sum + (body.geometry.area[f] * facets[f].exposed * facets[f].weight[c]) * (facets[f].*value);
       area += body.geometry.area[f];
     }
-    store(v, area > 0.0 ? (1.0 / area) * sum : Value{});
+    store(static_cast<std::size_t>(v), area > 0.0 ? (3.0 / area) * sum : Value{});
+  }
+}
+
+}  // namespace
+
+namespace {
+
+/// What a vertex gets from the facets around it.
+struct VertexShare {
+  Vec3 force;         ///< N, wanted there, along the inward normals with the sign of pressure
+  Vec3 normal;        ///< m^2, a third of the area vectors around: force per pressure
+  double load = 0.0;  ///< N
+  double area = 0.0;  ///< m^2, a third of the areas around
+  bool on_rim = false;  ///< some facet around is covered, wholly or in part, and some exposed
+};
+
+std::vector<VertexShare> share_out(const Grid& grid, const BodyState& body,
+                                   const std::vector<FacetReading>& facets) {
+  std::vector<VertexShare> shares(body.n_vertices());
+  std::vector<std::uint8_t> seen(body.n_vertices(), 0);  // bit 0: covered, bit 1: exposed
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    const Vec3& n = body.geometry.normal[f];
+    if (is_cap(grid, n)) continue;
+    const double A = body.geometry.area[f];
+    const double load = A * facets[f].exposed * facets[f].overpressure;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto v = static_cast<std::size_t>(body.topology.facet[f][c]);
+      VertexShare& s = shares[v];
+      s.force = s.force + (facets[f].weight[c] * load) * n;
+      s.load += facets[f].weight[c] * load;
+      s.normal = s.normal + (A / 3.0) * n;
+      s.area += A / 3.0;
+      seen[v] = static_cast<std::uint8_t>(seen[v] | (facets[f].exposed < 1.0 ? 1U : 0U) |
+                                          (facets[f].exposed > 0.0 ? 2U : 0U));
+    }
+  }
+  for (std::size_t v = 0; v < shares.size(); ++v) shares[v].on_rim = seen[v] == 3;
+  return shares;
+}
+
+/// Closes the balance of force at the rim of the exposed part: the load of a facet cut by another body
+/// is smeared over the facets of its corners, whose normals face elsewhere (second order in facet size
+/// times curvature; 1.5 % of the force on a globe of 1500 facets). The smallest change of the rim's
+/// pressures that gives the readings' force, none larger than a part of the largest there.
+void balance_rim(const std::vector<VertexShare>& shares, std::span<double> p) {
+  constexpr double largest_change = 0.5;
+  Eigen::Vector3d missing = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d normal_products = Eigen::Matrix3d::Zero();
+  double largest = 0.0;
+  for (std::size_t v = 0; v < shares.size(); ++v) {
+    const VertexShare& s = shares[v];
+    for (int a = 0; a < 3; ++a) missing[a] += s.force[a] - p[v] * s.normal[a];
+    if (!s.on_rim || s.area <= 0.0) continue;
+    const Eigen::Vector3d n(s.normal[0], s.normal[1], s.normal[2]);
+    normal_products += n * n.transpose() / s.area;
+    largest = std::max(largest, std::abs(p[v]));
+  }
+  if (largest == 0.0) return;
+  // Directions that the rim cannot push in stay as they are.
+  const Eigen::Vector3d way = normal_products.completeOrthogonalDecomposition().solve(missing);
+  for (std::size_t v = 0; v < shares.size(); ++v) {
+    const VertexShare& s = shares[v];
+    if (!s.on_rim || s.area <= 0.0) continue;
+    const double change = (s.normal[0] * way[0] + s.normal[1] * way[1] + s.normal[2] * way[2]) / s.area;
+    p[v] += std::clamp(change, -largest_change * largest, largest_change * largest);
   }
 }
 
@@ -301,8 +407,17 @@ void spread(const Grid& grid, const BodyState& body, const std::vector<FacetRead
 
 void spread_to_vertices(const Grid& grid, const BodyState& body,
                         const std::vector<FacetReading>& facets, std::span<double> at_vertices) {
-  spread(grid, body, facets, &FacetReading::overpressure,
-         [&](std::size_t v, double p) { at_vertices[v] = p; });
+  // On the rim of a thin body the normals cancel: there the mean of the pressure itself serves.
+  constexpr double least_normal = 0.1;
+  const std::vector<VertexShare> shares = share_out(grid, body, facets);
+  for (std::size_t v = 0; v < shares.size(); ++v) {
+    const VertexShare& s = shares[v];
+    const bool flat = norm(s.normal) > least_normal * s.area;
+    at_vertices[v] = s.area <= 0.0 ? 0.0
+                     : flat        ? dot(s.force, s.normal) / norm2(s.normal)
+                                   : s.load / s.area;
+  }
+  balance_rim(shares, at_vertices);
 }
 
 void spread_shear(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,
@@ -323,8 +438,9 @@ BodyLoad integrate_load(const BodyState& body, const std::vector<FacetReading>& 
     const Vec3 force = (-reading.overpressure * area) * normal + shear;
     const Vec3 moment = cross(reading.point, force);
     const Corners& v = body.topology.facet[f];
-    const Vec3 velocity = (1.0 / 3.0) * (row(body.velocity, v[0]) + row(body.velocity, v[1]) +
-                                         row(body.velocity, v[2]));
+    const Vec3 velocity = reading.weight[0] * row(body.velocity, v[0]) +
+                          reading.weight[1] * row(body.velocity, v[1]) +
+                          reading.weight[2] * row(body.velocity, v[2]);
     const Vec3 turning = cross(reading.point, normal);
     const std::array<double, 6> g = {normal[0],  normal[1],  normal[2],
                                      turning[0], turning[1], turning[2]};

@@ -10,7 +10,8 @@ namespace ocublast::flow {
 /// Gas state read at a facet.
 struct FacetReading {
   Vec3 point;                 ///< m, middle of the exposed part
-  double exposed = 0.0;       ///< share of the facet in the gas: 0, 1/4, .. 1
+  std::array<double, 3> weight{};  ///< barycentric, of `point`
+  double exposed = 0.0;       ///< share of the facet in the gas: 0, 1/16, .. 1
   double overpressure = 0.0;  ///< Pa, at `point`
   double impedance = 0.0;     ///< kg/(m^2 s), rho c there
   double added_mass = 0.0;    ///< kg/m^2, of the gas between the wall and what is read
@@ -37,8 +38,11 @@ enum class ReadShear { no, yes };
 [[nodiscard]] std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b,
                                                     double ambient_pressure, ReadShear shear);
 
-/// The same at the vertices: mean over the facets around, weighted with area, covered parts as
-/// zero. Linear interpolation of these over the facets keeps the integral of pressure.
+/// The same at the vertices, for a structure that takes pressure as linear over each facet. Each
+/// facet's force goes to its corners by the weights of the middle of its exposed part; a vertex's
+/// pressure is the one whose force there, over a third of the facets around, has the same part along
+/// their summed normal. A uniform pressure stays uniform. Where another body covers a part, the force
+/// that its rim smears is put right there, so that the whole force is that of the readings.
 void spread_to_vertices(const Grid& grid, const BodyState& body,
                         const std::vector<FacetReading>& facets, std::span<double> at_vertices);
 
