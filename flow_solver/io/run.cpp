@@ -238,13 +238,24 @@ void FlowRun::start_bodies(bool resumed) {
   balance_ = std::make_unique<WallBalance>(flow_, *bodies_);
   read_loads();
   if (resumed) {
-    std::span<const double> saved = clock_.bodies;
-    motions_->restore(saved);
-    balance_->restore(saved);
+    restore_bodies(clock_.bodies);
     return;
   }
   motions_->start(loads_);
   balance_->start(loads_);
+}
+
+std::vector<double> FlowRun::save_bodies() const {
+  if (!bodies_) return {};
+  std::vector<double> saved = motions_->save();
+  const auto balance = balance_->save();
+  saved.insert(saved.end(), balance.begin(), balance.end());
+  return saved;
+}
+
+void FlowRun::restore_bodies(std::span<const double> saved) {
+  motions_->restore(saved);
+  balance_->restore(saved);
 }
 
 void FlowRun::step_to(double t_end) {
@@ -388,11 +399,7 @@ void FlowRun::save(const std::filesystem::path& directory) {
   clock_.surface_times = surface_times_;
   clock_.surface_history = surface_history_;
   keep_sums();
-  if (bodies_) {
-    clock_.bodies = motions_->save();
-    const auto balance = balance_->save();
-    clock_.bodies.insert(clock_.bodies.end(), balance.begin(), balance.end());
-  }
+  clock_.bodies = save_bodies();
   write_checkpoint(directory, flow_, bodies_.get(), probes_, clock_);
   probes_.flush();
   globals_.flush();
@@ -444,6 +451,7 @@ void FlowRun::keep_state() {
     kept_.walls.push_back({copy(bodies_->position(b)), copy(bodies_->velocity(b)), copy(bodies_->acceleration(b))});
   }
   if (bodies_) kept_.history = bodies_->history();
+  kept_.bodies = save_bodies();
   kept_.time = clock_.time;
   kept_.step = clock_.step;
   kept_.window = clock_.window;
@@ -470,6 +478,7 @@ void FlowRun::rewind() {
     bodies_->update_topology(flow_.primitives());
     bodies_->restore_history(kept_.history);
     put_back();  // nodes that a wall going back set free were filled anew
+    restore_bodies(kept_.bodies);
   }
   flow_.restored();  // takes the topology over: after the walls
   flow_.fill_domain_ghosts();

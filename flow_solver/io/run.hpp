@@ -58,6 +58,9 @@ class FlowRun {
   void write_globals(const StepReport& report);
   void start_bodies(bool resumed);
   void read_loads();
+  /// Motions and balances of the bodies.
+  [[nodiscard]] std::vector<double> save_bodies() const;
+  void restore_bodies(std::span<const double> saved);
   [[nodiscard]] double stable_step();
   link::Report finish_window(const link::Order& order);
   void place_surface_probes();
@@ -121,6 +124,7 @@ class FlowRun {
     };
     std::vector<Wall> walls;
     std::vector<std::uint8_t> history;
+    std::vector<double> bodies;  ///< motions and balances
     double time = 0.0;
     std::int64_t step = 0, window = 0;
     Sums sums;
