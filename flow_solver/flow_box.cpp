@@ -10,8 +10,10 @@ namespace ocublast::flow {
 namespace {
 
 /// Nodes around the start's disturbance: the filter spreads a jump over the whole line in the first
-/// step, falling by 0.70 per node at alpha 0.47 (root of a z^2 + z + a), to 1e-10 after 64.
-constexpr int start_margin = 64;
+/// step, falling by 0.70 per node at alpha 0.47 (root of a z^2 + z + a); to a tenth of the tolerance.
+int start_margin(double tolerance) {
+  return static_cast<int>(std::ceil(std::log(0.1 * std::min(tolerance, 0.1)) / std::log(0.70)));
+}
 
 int down_to_tile(int i) { return i / tile_width * tile_width; }
 
@@ -154,7 +156,10 @@ void Flow::Core::find_box() {
       }
     }
   }
-  // Without any disturbance the smallest box that the lines allow.
+  // Without any disturbance, and without bodies or faces that could start one, the smallest box that the
+  // lines allow.
+  bool quiet = last[0] < 0 && !bodies;
+  for (std::size_t face = 0; face < 6; ++face) quiet = quiet && !(grid.axis[face / 2].present && face_disturbs(face));
   for (std::size_t a = 0; a < 3; ++a) {
     if (last[a] < 0) first[a] = last[a] = n[a] / 2;
     if (!grid.axis[a].present) continue;
@@ -173,7 +178,7 @@ void Flow::Core::find_box() {
   std::array<int, 3> a_lo{}, a_hi{};
   for (std::size_t a = 0; a < 3; ++a) {
     // One layer more than the test of grow_box looks at.
-    const int margin = std::max(start_margin, options.active_margin) + 1;
+    const int margin = quiet ? tile_width : std::max(start_margin(options.active_tolerance), options.active_margin) + 1;
     a_lo[a] = down_to_tile(std::max(0, first[a] - margin));
     a_hi[a] = std::min(n[a], down_to_tile(last[a] + margin + tile_width));
     const bool periodic = boundaries[2 * a].kind == BoundaryKind::periodic;
