@@ -110,6 +110,7 @@ struct Flow::Core {
   void set_time(double t);
   void fill_scalar(const Block& block, int field);
   /// Calls body(scratch, plane k, rows j0, j1) for all rows of the box, in blocks of rows over all planes.
+  [[nodiscard]] int rows_per_block() const;
   template <class Body>
   void for_row_blocks(const Body& body);
   /// Ghosts, artificial diffusivity and step limits of the current state.

@@ -66,9 +66,13 @@ void Flow::Core::set_time(double t) {
 
 bool Flow::Core::fresh_charge() const { return p_max > fresh_ratio * p_min; }
 
+int Flow::Core::rows_per_block() const {
+  return std::max(tile_width, cached_nodes / box.n[0] / tile_width * tile_width);
+}
+
 template <class Body>
 void Flow::Core::for_row_blocks(const Body& body) {
-  const int rows = std::max(tile_width, cached_nodes / box.n[0] / tile_width * tile_width);
+  const int rows = rows_per_block();
 #pragma omp parallel num_threads(options.threads)
   {
     double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
@@ -152,8 +156,14 @@ void Flow::Core::sweep_planes() {
     Lap lap(clock);
     if (box.nodal_stress) {
       // One plane more at open ends; at the others it is computed and then replaced.
+      const int rows = rows_per_block();
+      for (int j0 = 0; j0 < n1; j0 += rows) {
+#pragma omp for schedule(static) nowait
+        for (int k = -1; k < n2 + 1; ++k) kernels->stress_rows(box, k, j0, std::min(n1, j0 + rows));
+      }
+      // Every thread closes the planes whose rows it computed.
 #pragma omp for schedule(static)
-      for (int k = -1; k < n2 + 1; ++k) kernels->stress_plane(box, k);
+      for (int k = -1; k < n2 + 1; ++k) kernels->stress_ends_y(box, k);
 #pragma omp for schedule(static)
       for (int j = 0; j < box.n[1]; ++j) kernels->stress_ends_z(box, j);
       lap.book(Pass::stress);
@@ -219,7 +229,10 @@ void Flow::Core::sweep_one_plane() {
     if (radial.power > 0) radial_kernels->add_bulk(box, 0);
     kernels->bulk_ghost_rows(box, 0);
   }
-  if (box.nodal_stress) kernels->stress_plane(box, 0);
+  if (box.nodal_stress) {
+    kernels->stress_rows(box, 0, 0, box.n[1]);
+    kernels->stress_ends_y(box, 0);
+  }
 #pragma omp parallel num_threads(options.threads)
   {
     double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();

@@ -21,8 +21,8 @@ std::size_t scratch_doubles(const Context& ctx) {
   return static_cast<std::size_t>(most);
 }
 
-constexpr Kernels table{OCU_TEXT(OCU_ISA), scratch_doubles, bulk_rows,      bulk_ghost_rows, stress_plane,
-                        stress_ends_z,     sweep_x,         sweep_y,        sweep_segments,  update_row,
+constexpr Kernels table{OCU_TEXT(OCU_ISA), scratch_doubles, bulk_rows,      bulk_ghost_rows, stress_rows,
+                        stress_ends_y,     stress_ends_z,     sweep_x,         sweep_y,        sweep_segments,  update_row,
                         filter_x,          filter_y,        filter_segments, finish_plane,   restore_plane,
                         premark_plane,     theta_plane,     sensor_rows,    diffusivity_rows};
 

@@ -151,8 +151,10 @@ struct Kernels {
   void (*bulk_rows)(const Context&, int k, int j0, int j1);
   /// Its ghost rows beyond the y ends of plane k.
   void (*bulk_ghost_rows)(const Context&, int k);
-  /// Nodal stress and energy flux of plane k into G, with the ghosts of its x and y lines.
-  void (*stress_plane)(const Context&, int k);
+  /// Nodal stress and energy flux of rows [j0, j1) of plane k into G, with the ghosts of their x lines.
+  void (*stress_rows)(const Context&, int k, int j0, int j1);
+  /// The ghosts of the y lines of plane k.
+  void (*stress_ends_y)(const Context&, int k);
   /// The ghosts of the z lines of row j.
   void (*stress_ends_z)(const Context&, int j);
   /// x-lines of row groups [g0, g1): X = divergence of the x flux (0 on cut lines).

@@ -119,8 +119,9 @@ OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool l
   }
 }
 
-/// Stress of plane k, with the ghosts of its x and y lines.
-inline void stress_plane(const Context& shared, int k) {
+/// Stress of rows [j0, j1) of plane k with the ghosts of their x lines; with the first ghost rows of open
+/// y ends next to the first and the last row.
+inline void stress_rows(const Context& shared, int k, int j0, int j1) {
   const Context ctx = shared;
   const Metrics m(ctx);
   const LineView &x = ctx.line[0], &y = ctx.line[1];
@@ -131,16 +132,24 @@ inline void stress_plane(const Context& shared, int k) {
   const int first_tile = open(x, x.low) ? -1 : 0;
   const int end_tile = ctx.tiles + (open(x, x.high) && n0 % tile_width == 0 ? 1 : 0);
   const bool y_low = ctx.present[1] && open(y, y.low), y_high = ctx.present[1] && open(y, y.high);
-  for (int j = y_low ? -1 : 0; j < n1 + (y_high ? 1 : 0); ++j) {
+  const int first = y_low && j0 == 0 ? -1 : j0, last = y_high && j1 == n1 ? n1 + 1 : j1;
+  for (int j = first; j < last; ++j) {
     for (int t = first_tile; t < end_tile; ++t) store_stress(ctx, m, t * tile_width, j, k);
   }
-  for (int j = 0; j < n1; ++j) {
+  for (int j = j0; j < j1; ++j) {
     const double* w = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
     double* g = ctx.G.data + j * ctx.G.sj + k * ctx.G.sk;
     fill_stress_end<0, Scalar>(ctx, x, true, w, 1, g, 1, n0);
     fill_stress_end<0, Scalar>(ctx, x, false, w + n0 - 1, -1, g + n0 - 1, -1, n0);
   }
-  if (!ctx.present[1]) return;
+}
+
+/// Ghosts of the y lines of plane k, after all its rows.
+inline void stress_ends_y(const Context& shared, int k) {
+  if (!shared.present[1]) return;
+  const Context ctx = shared;
+  const LineView& y = ctx.line[1];
+  const int n1 = ctx.n[1];
   for (int t = 0; t < ctx.tiles; ++t) {
     const double* w = ctx.W.data + t * tile_width + k * ctx.W.sk;
     double* g = ctx.G.data + t * tile_width + k * ctx.G.sk;
