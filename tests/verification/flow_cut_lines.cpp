@@ -115,5 +115,49 @@ TEST(CutLines, GiveTheSameAlongEveryDirection) {
   }
 }
 
+/// Relative error of the decay of u = sin(pi (y - y0)/H) between two immersed no-slip walls.
+double immersed_shear_decay(int n) {
+  constexpr double nu = 0.02, end = 1.0, amplitude = 0.01, low = 0.1037, high = 0.8963;
+  FlowOptions o = unit_options();
+  o.viscosity = Viscosity::constant;
+  o.dynamic_viscosity = nu;
+  o.artificial_diffusivity = false;
+  Boundaries faces = all_faces(BoundaryKind::symmetry);
+  faces[0].kind = faces[1].kind = BoundaryKind::periodic;
+  const Grid grid = uniform_grid({8, n, 1}, {0, 0, 0}, {8.0 / n, 1, 1}, true);
+  Grid g = grid;
+  g.axis[1] = make_uniform_axis(0.0, 1.0, n);
+  Flow flow(g, faces, o);
+  const double height = high - low, pi = std::acos(-1.0);
+  const auto exact = [&](double y, double t) {
+    return amplitude * std::sin(pi * (y - low) / height) * std::exp(-nu * pi * pi / (height * height) * t);
+  };
+  flow.set_state([&](double, double y, double) { return State{.rho = 1.0, .u = exact(y, 0.0), .p = 1.0}; });
+  const double below_lo[3] = {-1, -1, -1}, below_hi[3] = {2, low, 2}, above_lo[3] = {-1, high, -1}, above_hi[3] = {2, 2, 2};
+  std::vector<Body> bodies(2);
+  bodies[0] = {.name = "below", .surface = make_box(below_lo, below_hi), .slip = WallSlip::no_slip};
+  bodies[1] = {.name = "above", .surface = make_box(above_lo, above_hi), .slip = WallSlip::no_slip};
+  ImmersedBoundary ib(g, o.gas, bodies, {});
+  ib.move_to(0.0);
+  static_cast<void>(ib.update_topology(flow.primitives()));
+  flow.immerse(&ib);
+  run_to(flow, end);
+  double largest = 0.0;
+  for (int j = 0; j < n; ++j) {
+    const double y = g.axis[1].x(j);
+    if (y > low && y < high) largest = std::max(largest, std::abs(std::as_const(flow).primitives()(1, 3, j, 0) - exact(y, end)));
+  }
+  return largest / amplitude;
+}
+
+TEST(CutLines, HoldShearBetweenImmersedNoSlipWalls) {
+  const double coarse = immersed_shear_decay(24), fine = immersed_shear_decay(48);
+  std::printf("shear between immersed no-slip walls: error %.2e (24) -> %.2e (48), order %.2f\n", coarse, fine,
+              std::log2(coarse / fine));
+  // Second order at the walls, in stress and in their ghosts: h = H/19 and H/38.
+  EXPECT_LT(fine, 0.6 * coarse);
+  EXPECT_LT(fine, 1e-2);
+}
+
 }  // namespace
 }  // namespace ocublast::flow
