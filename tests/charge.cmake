@@ -4,7 +4,16 @@ foreach(name muscl_schemes radial_grids radial_sedov)
                 LIBRARIES ocublast_flow_step TIMEOUT 120)
   target_include_directories(test_${name} PRIVATE ${CMAKE_SOURCE_DIR})
 endforeach()
+# The compact scheme on the same problems takes a minute.
+ocublast_test(NAME test_radial_sedov_long LABEL verification SOURCES verification/radial_sedov.cpp
+              LIBRARIES ocublast_flow_step TIMEOUT 600 LONG)
+target_include_directories(test_radial_sedov_long PRIVATE ${CMAKE_SOURCE_DIR})
+target_compile_definitions(test_radial_sedov_long PRIVATE OCU_LONG_TESTS)
 
 ocublast_test(NAME test_charge_kingery_bulmash LABEL validation SOURCES verification/charge_kingery_bulmash.cpp
               LIBRARIES ocublast_flow_waves TIMEOUT 120)
-target_include_directories(test_charge_kingery_bulmash PRIVATE ${CMAKE_SOURCE_DIR})
+ocublast_test(NAME test_charge_mapping LABEL verification SOURCES verification/charge_mapping.cpp
+              LIBRARIES ocublast_flow TIMEOUT 120)
+foreach(name kingery_bulmash mapping)
+  target_include_directories(test_charge_${name} PRIVATE ${CMAKE_SOURCE_DIR})
+endforeach()

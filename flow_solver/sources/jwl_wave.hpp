@@ -18,8 +18,8 @@ struct Jwl {
 };
 
 struct JwlResolution {
-  int charge_cells = 60;
-  double air_growth = 0.004;  ///< thickness of the air cells by distance from the charge
+  int charge_cells = 40;
+  double air_growth = 0.006;  ///< thickness of the air cells by distance from the charge
 };
 
 /// Spherical wave of a charge lit at its centre: Lagrangian cells of products and air with artificial

@@ -61,18 +61,21 @@ RadialState SteppedWave::sample(const Snapshot& s, double r) const {
   return blend(s.state[i - 1], s.state[i], (r - s.r[i - 1]) / (s.r[i] - s.r[i - 1]));
 }
 
+std::size_t SteppedWave::step_after(double t) const {
+  const auto above = std::lower_bound(history_.begin(), history_.end(), t,
+                                      [](const Snapshot& s, double time) { return s.t < time; });
+  return std::min(static_cast<std::size_t>(above - history_.begin()), history_.size() - 1);
+}
+
 RadialState SteppedWave::at(double r, double t) const {
-  std::size_t n = history_.size() - 1;
-  while (n > 0 && history_[n - 1].t >= t) --n;
+  const std::size_t n = step_after(t);
   if (n == 0 || history_[n].t <= t) return sample(history_[n], r);
   const Snapshot &a = history_[n - 1], &b = history_[n];
   return blend(sample(a, r), sample(b, r), (t - a.t) / (b.t - a.t));
 }
 
 double SteppedWave::front_radius(double t) const {
-  std::size_t n = history_.size() - 1;
-  while (n > 0 && history_[n - 1].t >= t) --n;
-  return history_[n].front;
+  return history_[step_after(t)].front;
 }
 
 }  // namespace ocublast::flow

@@ -63,6 +63,8 @@ class SteppedWave : public RadialWave {
   void keep(Snapshot snapshot);
 
  private:
+  /// The first step at or after t, else the last.
+  [[nodiscard]] std::size_t step_after(double t) const;
   [[nodiscard]] RadialState sample(const Snapshot& s, double r) const;
   Gas gas_;
   State ambient_;
