@@ -17,3 +17,7 @@ ocublast_test(NAME test_charge_mapping LABEL verification SOURCES verification/c
 foreach(name kingery_bulmash mapping)
   target_include_directories(test_charge_${name} PRIVATE ${CMAKE_SOURCE_DIR})
 endforeach()
+
+add_executable(flow_accuracy bench/flow_accuracy.cpp)
+target_link_libraries(flow_accuracy PRIVATE ocublast_flow_core ocublast_warnings)
+target_include_directories(flow_accuracy PRIVATE ${CMAKE_SOURCE_DIR})
