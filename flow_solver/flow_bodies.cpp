@@ -137,8 +137,10 @@ void Flow::Core::correct_bulk(int k) {
 void Flow::Core::take_topology(bool convert) {
   const std::span<const std::uint8_t> tags = bodies->tags();
   const Gas& gas = options.gas;
-  std::size_t node = 0;
+#pragma omp parallel for schedule(static) num_threads(options.threads)
   for (int k = 0; k < ctx.n[2]; ++k) {
+    std::size_t node = static_cast<std::size_t>(k) * static_cast<std::size_t>(ctx.n[1]) *
+                       static_cast<std::size_t>(ctx.n[0]);
     for (int j = 0; j < ctx.n[1]; ++j) {
       for (int t = 0; t < ctx.tiles; ++t) {
         std::uint8_t bits = 0;

@@ -375,31 +375,30 @@ std::vector<VertexShare> share_out(const Grid& grid, const BodyState& body,
   return shares;
 }
 
-/// Closes the balance of force at the rim of the exposed part: the load of a facet cut by another body
-/// is smeared over the facets of its corners, whose normals face elsewhere (second order in facet size
-/// times curvature; 1.5 % of the force on a globe of 1500 facets). The smallest change of the rim's
-/// pressures that gives the readings' force, none larger than a part of the largest there.
-void balance_rim(const std::vector<VertexShare>& shares, std::span<double> p) {
-  constexpr double largest_change = 0.5;
+/// Closes the balance of force of a partly covered body: the load of a facet cut by another body is
+/// smeared over the facets of its corners, whose normals face elsewhere (second order in facet size
+/// times curvature; 1.5 % of the force on a globe of 1500 facets). All pressures change by the same
+/// small part along the missing force, so that the work changes as the force does; changing the rim
+/// alone would put the force right and the work wrong where the rim bulges.
+void balance_force(const std::vector<VertexShare>& shares, std::span<double> p) {
+  constexpr double largest_part = 0.05;
+  if (std::none_of(shares.begin(), shares.end(), [](const VertexShare& s) { return s.on_rim; })) return;
   Eigen::Vector3d missing = Eigen::Vector3d::Zero();
   Eigen::Matrix3d normal_products = Eigen::Matrix3d::Zero();
-  double largest = 0.0;
   for (std::size_t v = 0; v < shares.size(); ++v) {
     const VertexShare& s = shares[v];
     for (int a = 0; a < 3; ++a) missing[a] += s.force[a] - p[v] * s.normal[a];
-    if (!s.on_rim || s.area <= 0.0) continue;
+    if (s.area <= 0.0) continue;
     const Eigen::Vector3d n(s.normal[0], s.normal[1], s.normal[2]);
-    normal_products += n * n.transpose() / s.area;
-    largest = std::max(largest, std::abs(p[v]));
+    normal_products += (std::abs(p[v]) / s.area) * n * n.transpose();
   }
-  if (largest == 0.0) return;
-  // Directions that the rim cannot push in stay as they are.
+  // Directions in which the pressures cannot push stay as they are.
   const Eigen::Vector3d way = normal_products.completeOrthogonalDecomposition().solve(missing);
   for (std::size_t v = 0; v < shares.size(); ++v) {
     const VertexShare& s = shares[v];
-    if (!s.on_rim || s.area <= 0.0) continue;
-    const double change = (s.normal[0] * way[0] + s.normal[1] * way[1] + s.normal[2] * way[2]) / s.area;
-    p[v] += std::clamp(change, -largest_change * largest, largest_change * largest);
+    if (s.area <= 0.0) continue;
+    const double part = (s.normal[0] * way[0] + s.normal[1] * way[1] + s.normal[2] * way[2]) / s.area;
+    p[v] += std::clamp(part, -largest_part, largest_part) * std::abs(p[v]);
   }
 }
 
@@ -417,7 +416,7 @@ void spread_to_vertices(const Grid& grid, const BodyState& body,
                      : flat        ? dot(s.force, s.normal) / norm2(s.normal)
                                    : s.load / s.area;
   }
-  balance_rim(shares, at_vertices);
+  balance_force(shares, at_vertices);
 }
 
 void spread_shear(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,

@@ -41,8 +41,8 @@ enum class ReadShear { no, yes };
 /// The same at the vertices, for a structure that takes pressure as linear over each facet. Each
 /// facet's force goes to its corners by the weights of the middle of its exposed part; a vertex's
 /// pressure is the one whose force there, over a third of the facets around, has the same part along
-/// their summed normal. A uniform pressure stays uniform. Where another body covers a part, the force
-/// that its rim smears is put right there, so that the whole force is that of the readings.
+/// their summed normal. A uniform pressure stays uniform. Where another body covers a part,
+/// all change by up to 5 % so that the whole force is that of the readings.
 void spread_to_vertices(const Grid& grid, const BodyState& body,
                         const std::vector<FacetReading>& facets, std::span<double> at_vertices);
 

@@ -479,28 +479,33 @@ TEST(ImmersedLoad, CountsTheExposedPartOfBodiesThatOverlap) {
   // Together they form a closed surface under uniform pressure: no force.
   EXPECT_NEAR(ball.force[2] + block.force[2], 0.0, .02 * 1e3 * disc);
   EXPECT_NEAR(ball.force[0] + block.force[0], 0.0, .01 * 1e3 * disc);
-  // Buried vertices carry nothing, exposed ones the pressure.
+  // Buried vertices carry nothing, exposed ones the pressure, changed by the part that keeps the force:
+  // the smear of the rim is second order in facet size over radius (0.6 %), and rim facets, 12 % of
+  // the area, count by sixteenths (to 1/32: 0.4 %).
   std::vector<double> p(bodies.position(0).size() / 3);
   bodies.read_overpressure(W.view(), 0, p0, p);
-  double total = 0.0;
   for (std::size_t v = 0; v < p.size(); ++v) {
     const double z = bodies.position(0)[3 * v + 2];
     if (z < .4 - .05) {
       EXPECT_EQ(p[v], 0.0);
     }
     if (z > .4 + .05) {
-      EXPECT_NEAR(p[v], 1e3, 1e-6);
+      EXPECT_NEAR(p[v], 1e3, 10.0);
     }
   }
-  // Linear interpolation of the vertex values keeps the integral of pressure.
+  // What a structure integrates, pressure linear over each facet, is the force of the readings.
   const BodySurface& s = bodies.body(0).surface;
+  Vec3 force;
   for (std::size_t f = 0; f < s.triangles.size(); f += 3) {
     const Vec3 a = row(s.vertices, s.triangles[f]), b = row(s.vertices, s.triangles[f + 1]),
                c = row(s.vertices, s.triangles[f + 2]);
-    total += norm(cross(b - a, c - a)) / 6.0 *
-             (p[s.triangles[f]] + p[s.triangles[f + 1]] + p[s.triangles[f + 2]]);
+    const double mean =
+        (p[s.triangles[f]] + p[s.triangles[f + 1]] + p[s.triangles[f + 2]]) / 3.0;
+    force = force - (0.5 * mean) * cross(b - a, c - a);
   }
-  EXPECT_NEAR(total, 1e3 * ball.exposed_area, 1e-9 * total);
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(force[a], ball.force[static_cast<std::size_t>(a)], 1e-9 * std::abs(ball.force[2]));
+  }
 }
 
 TEST(ImmersedGap, UnderABodyCloseToAWallOfTheDomainIsBlockedOnRequest) {
