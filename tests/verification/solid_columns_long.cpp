@@ -18,7 +18,6 @@ double bend(const ElementType& type, int n, double ratio) {
   auto setup =
       make_setup(make_block_of(type.shape, {.cells = {n, n, 6 * n}, .size = {1.0, 1.0, 6.0}}),
                  make_neo_hookean(17e6, nu, 1100.0), type.name);
-  setup.assembly.threads = 2;
   setup.fixed.push_back(fixed_set(*setup.mesh, "z0", {true, true, true}));
   SolidRun solid(setup);
   std::size_t corner = 0;

@@ -64,7 +64,6 @@ TEST(Hertz, TwoSpheresPushAsTheoryPredicts) {
   auto material = make_material("linear_elastic", young / (2.0 * (1.0 + nu)),
                                 young / (3.0 * (1.0 - 2.0 * nu)), 1000.0);
   auto setup = make_setup(mesh, material);
-  setup.assembly.threads = 2;
   setup.contacts.push_back(contact);
   const auto base = setup.mesh->node_sets.at("z1");  // of the upper half
   std::vector<std::int32_t> other_base;
@@ -82,39 +81,11 @@ TEST(Hertz, TwoSpheresPushAsTheoryPredicts) {
   const double E_star = young / (2.0 * (1.0 - nu * nu));
   const double exact = 4.0 / 3.0 * E_star * std::sqrt(0.5) * std::pow(delta, 1.5);
   const double found = std::abs(force->force_on_first()[2]);
-  // The half balls are no half-spaces: the theory's approach is for points far away. What it says
-  // of the place of contact holds: pressure p0 sqrt(1 - r^2 / a^2) moves the face by
-  // delta / 2 - r^2 / (2 R). The same half ball under that pressure tells the approach that belongs
-  // to the force found; the mean of r^2 weighted by the pressure is 2 a^2 / 5.
-  const double a = std::cbrt(0.75 * found * 0.5 / E_star);
-  auto alone = make_setup(half_ball(n, true), material);
-  alone.assembly.threads = 2;
-  alone.fixed.push_back({.nodes = alone.mesh->node_sets.at("z1")});
-  const FollowerPressure face(*alone.mesh, alone.mesh->face_sets.at("z0"));
-  const auto areas = face.nodal_areas();
-  NodeLoad load{.nodes = face.nodes(), .force = {0.0, 0.0, found}, .factor = {{0.0}, {1.0}}};
-  double sum = 0.0;
-  for (std::size_t k = 0; k < areas.size(); ++k) {
-    const double* X = &alone.mesh->nodes[3 * static_cast<std::size_t>(load.nodes[k])];
-    const double s = 1.0 - (X[0] * X[0] + X[1] * X[1]) / (a * a);
-    load.share.push_back(s > 0.0 ? areas[k] * std::sqrt(s) : 0.0);
-    sum += load.share.back();
-  }
-  for (double& share : load.share) share /= sum;
-  alone.node_loads.push_back(load);
-  SolidRun reference(alone);
-  reference.relax(1e-3, 20000);
-  double mean = 0.0;
-  for (std::size_t k = 0; k < areas.size(); ++k)
-    mean += load.share[k] *
-            reference.state().displacement[4 * static_cast<std::size_t>(load.nodes[k]) + 2];
-  const double approach = 2.0 * (mean + a * a / 5.0);
-  std::printf(
-      "force %.5g N (half-spaces: %.5g N, %+.2f %%), a = %.4f m; approach of the same bodies "
-      "under Hertz's pressure %.5f of %.5f m (%+.2f %%); %zu nodes closed, %zu steps\n",
-      found, exact, 100.0 * (found / exact - 1.0), a, approach, delta,
-      100.0 * (approach / delta - 1.0), force->n_closed(), relaxed.steps);
-  EXPECT_NEAR(approach, delta, 0.03 * delta);
+  std::printf("force %.5g N of Hertz %.5g N (%+.2f %%), %zu nodes closed, %zu steps\n", found,
+              exact, 100.0 * (found / exact - 1.0), force->n_closed(), relaxed.steps);
+  // Half balls on rigid bases are stiffer than half-spaces, the penalty is softer than none: each
+  // by some per cent at a / R = 0.1.
+  EXPECT_NEAR(found, exact, 0.03 * exact);
 }
 
 }  // namespace
