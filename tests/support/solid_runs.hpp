@@ -3,10 +3,18 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <ostream>
 
 #include "solid_solver/step.hpp"
 #include "tests/support/solid_materials.hpp"
 #include "tests/support/solid_meshes.hpp"
+
+namespace ocublast::solid {
+
+/// What a test over all elements calls its parameter.
+inline void PrintTo(const ElementType& type, std::ostream* out) { *out << type.name; }
+
+}  // namespace ocublast::solid
 
 namespace ocublast::solid::test {
 

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <string>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/link/payload.hpp"
@@ -14,6 +16,14 @@ using namespace ocublast::coupler;
 namespace {
 
 constexpr std::size_t n_records = 8;
+
+/// A file of this process, as other tests of the same program run beside it.
+struct TrafficFile {
+  std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("ocublast_traffic_" + std::to_string(getpid()) + ".ocu");
+  ~TrafficFile() { std::filesystem::remove(path); }
+};
+const TrafficFile traffic;
 
 link::Header header_for(std::size_t i, const zmq::message_t& payload) {
   link::Header h;
@@ -29,7 +39,7 @@ link::Header header_for(std::size_t i, const zmq::message_t& payload) {
 
 /// A recording of n_records messages; every second one repeats the payload before it.
 std::filesystem::path write_recording(std::size_t vertices) {
-  const auto file = std::filesystem::temp_directory_path() / "ocublast_test_traffic.ocu";
+  const auto& file = traffic.path;
   TrafficWriter writer(file, {.program = "test", .case_name = "piston", .case_hash = 1, .mesh_hash = 2});
   std::uint64_t last = 0;
   for (std::size_t i = 0; i < n_records; ++i) {

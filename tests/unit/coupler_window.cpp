@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
 #include <cmath>
@@ -118,7 +119,7 @@ TEST(TimeWindow, AStepTooShortToAdvanceIsAnError) {
 }
 
 TEST(CouplingState, ComesBackFromItsFileBitForBit) {
-  const auto directory = std::filesystem::temp_directory_path() / "ocublast_test_state";
+  const auto directory = std::filesystem::temp_directory_path() / ("ocublast_state_" + std::to_string(getpid()));
   std::filesystem::create_directories(directory);
   CouplingState s;
   s.window = 17;
@@ -148,7 +149,7 @@ TEST(CouplingState, ComesBackFromItsFileBitForBit) {
 }
 
 TEST(Checkpoint, OnlyCompleteOnesAreFoundAndTwoAreKept) {
-  const auto run = std::filesystem::temp_directory_path() / "ocublast_test_checkpoints";
+  const auto run = std::filesystem::temp_directory_path() / ("ocublast_checkpoints_" + std::to_string(getpid()));
   std::filesystem::remove_all(run);
   EXPECT_FALSE(link::find_checkpoint(run));
   for (const std::uint64_t window : {5, 10, 15}) {

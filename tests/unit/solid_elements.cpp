@@ -13,10 +13,6 @@
 
 namespace ocublast::solid {
 
-void PrintTo(const ElementType& type, std::ostream* out) {
-  *out << type.name;
-}
-
 namespace {
 
 using namespace test;
