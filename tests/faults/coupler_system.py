@@ -2,6 +2,7 @@
 
 Needs root for a small file system and for network namespaces; skipped where that is not permitted."""
 
+import contextlib
 import json
 import os
 import shutil
@@ -45,13 +46,9 @@ class FullDisk(CouplerTest):
         while not (os.path.isdir(kept) and any(not n.endswith(".part") for n in os.listdir(kept))):
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.005)
-        with open(self.path("small", "filler"), "wb") as file:  # now the disk fills up
-            try:
-                for _ in range(64):
-                    file.write(bytes(8192))
-                    file.flush()
-            except OSError:
-                pass
+        with contextlib.suppress(OSError), open(self.path("small", "filler"), "wb", buffering=0) as file:
+            for _ in range(64):  # now the disk fills up
+                file.write(bytes(8192))
         ended = Ended(process, self.begin)
         self.assertEqual(ended.code, 3, ended.text)
         self.assertRegex(ended.text, "cannot be written|could not be written")
