@@ -2,6 +2,8 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstring>
 
 #include <fmt/format.h>
@@ -20,6 +22,7 @@ namespace {
 
 /// Time for the last words to leave the process.
 constexpr int farewell_linger_ms = 1000;
+constexpr std::chrono::milliseconds farewell_wait(200);
 /// Longest time a send waits for room in a queue that never holds more than a message or two.
 constexpr int send_limit_ms = 5000;
 
@@ -241,6 +244,15 @@ void Server::abort_all(const std::string& reason, int exit_code) noexcept {
       send_frames(p.routing_id, link::encode(header), nothing, false);
     }
     socket_.set(zmq::sockopt::linger, farewell_linger_ms);
+    // Closing at once, the end of the connection may overtake the word on it at the other side. Who
+    // has read it goes; who is frozen is not waited for.
+    const auto until = std::chrono::steady_clock::now() + farewell_wait;
+    const auto waits = [](const Peer& p) { return p.admitted && !p.lost; };
+    while (std::any_of(peers_.begin(), peers_.end(), waits) && std::chrono::steady_clock::now() < until) {
+      zmq::pollitem_t item{monitor_->handle().handle(), 0, ZMQ_POLLIN, 0};
+      zmq::poll(&item, 1, std::chrono::milliseconds(5));
+      watch_connections();
+    }
   } catch (const std::exception& error) {
     log_->warn("could not tell the participants that the run ends: {}", error.what());
   }
