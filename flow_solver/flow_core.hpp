@@ -134,18 +134,27 @@ struct Flow::Core {
   /// The same of the second scheme (flow_muscl.cpp).
   [[nodiscard]] bool run_stages_muscl(double t, double dt, bool repair, StepReport& report);
   void sweep_planes_muscl();
-  void sweep_one_plane_muscl();
-  [[nodiscard]] long update_rows_muscl();
   void set_radial();
   /// Rate [1/s] of convection in the cells at r = 0, whose one face is (m + 1)/2 times larger against
   /// their volume than that of a slab.
   [[nodiscard]] double convection_at_axis() const;
-  void sweep_x_lines(const Context& part, double* own, int k, int g0, int g1) const {
-    (radial.power > 0 ? radial_kernels->sweep_x : kernels->sweep_x)(part, own, k, g0, g1);
+  /// The kernels of a stage that every scheme has (kernel.hpp says what each does).
+  struct StageKernels {
+    void (*sweep_x)(const Context&, double* scratch, int k, int g0, int g1);
+    void (*sweep_y)(const Context&, double* scratch, int k, int t0, int t1);
+    void (*sweep_segments)(const Context&, double* scratch, int axis, const SegmentBatch&);
+    long (*update_row)(const Context&, double* scratch, int j);
+  };
+  [[nodiscard]] StageKernels stage_kernels() const {
+    if (muscl != nullptr) return {muscl->sweep_x, muscl->sweep_y, muscl->sweep_segments, muscl->update_row};
+    return {radial.power > 0 ? radial_kernels->sweep_x : kernels->sweep_x, kernels->sweep_y, kernels->sweep_segments,
+            kernels->update_row};
   }
   [[nodiscard]] long run_stage();
   void sweep_planes();
   void sweep_one_plane();
+  /// x and y sweeps where there is only one plane: threads share its lines.
+  void sweep_lines_of_plane();
   [[nodiscard]] long update_rows();
   [[nodiscard]] long filter_plane(double* own, int k);
   void filter_one_plane();

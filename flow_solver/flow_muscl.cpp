@@ -27,40 +27,6 @@ void Flow::Core::sweep_planes_muscl() {
   }
 }
 
-/// The same where there is only one plane: threads share its lines.
-void Flow::Core::sweep_one_plane_muscl() {
-#pragma omp parallel num_threads(options.threads)
-  {
-    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
-#pragma omp for schedule(static)
-    for (int g = 0; g < box.row_groups; ++g) muscl->sweep_x(box, own, 0, g, g + 1);
-    for (int axis = 0; axis < 2; ++axis) {
-      if (axis == 1 && box.present[1]) {
-#pragma omp for schedule(static)
-        for (int t = 0; t < box.tiles; ++t) muscl->sweep_y(box, own, 0, t, t + 1);
-      }
-      const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
-#pragma omp for schedule(static)
-      for (std::size_t b = 0; b < batch.size(); ++b) muscl->sweep_segments(box, own, axis, batch[b]);
-    }
-  }
-}
-
-long Flow::Core::update_rows_muscl() {
-  long failures = 0;
-  const SegmentBatches& s = segments[2];
-#pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : failures)
-  for (int j = 0; j < box.n[1]; ++j) {
-    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
-    if (!s.begin.empty()) {
-      const auto c = static_cast<std::size_t>(j);
-      for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) muscl->sweep_segments(box, own, 2, s.batch[b]);
-    }
-    failures += muscl->update_row(box, own, j);
-  }
-  return failures;
-}
-
 bool Flow::Core::run_stages_muscl(double t, double dt, bool repair, StepReport& report) {
   ctx.dt = dt;
   for (int stage = 0; stage < 2; ++stage) {
@@ -73,8 +39,8 @@ bool Flow::Core::run_stages_muscl(double t, double dt, bool repair, StepReport& 
     }
     refresh_box();
     if (box.n[2] > 1) sweep_planes_muscl();
-    else sweep_one_plane_muscl();
-    if (update_rows_muscl() == 0) continue;
+    else sweep_lines_of_plane();
+    if (update_rows() == 0) continue;
     if (!repair) return false;
     report.floored_nodes += repair_failures(true);
   }

@@ -144,6 +144,7 @@ double Flow::stable_step() {
 }
 
 void Flow::Core::sweep_planes() {
+  const auto sweep_x = stage_kernels().sweep_x;
   const int n1 = box.n[1], n2 = box.n[2];
   const DomainGhosts ghosts = domain_ghosts();
   const bool fill_here = ghosts_with_planes();
@@ -206,7 +207,7 @@ void Flow::Core::sweep_planes() {
           kernels->bulk_rows(plane, k, j0, j1);
           lap.book(Pass::bulk);
         }
-        sweep_x_lines(plane, own, k, g, g + 1);
+        sweep_x(plane, own, k, g, g + 1);
         lap.book(Pass::sweep_x);
       }
       run(0);
@@ -233,24 +234,30 @@ void Flow::Core::sweep_one_plane() {
     kernels->stress_rows(box, 0, 0, box.n[1]);
     kernels->stress_ends_y(box, 0);
   }
+  sweep_lines_of_plane();
+}
+
+void Flow::Core::sweep_lines_of_plane() {
+  const StageKernels sweeps = stage_kernels();
 #pragma omp parallel num_threads(options.threads)
   {
     double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
 #pragma omp for schedule(static)
-    for (int g = 0; g < box.row_groups; ++g) sweep_x_lines(box, own, 0, g, g + 1);
+    for (int g = 0; g < box.row_groups; ++g) sweeps.sweep_x(box, own, 0, g, g + 1);
     for (int axis = 0; axis < 2; ++axis) {
       const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
       if (axis == 1 && box.present[1]) {
 #pragma omp for schedule(static)
-        for (int t = 0; t < box.tiles; ++t) kernels->sweep_y(box, own, 0, t, t + 1);
+        for (int t = 0; t < box.tiles; ++t) sweeps.sweep_y(box, own, 0, t, t + 1);
       }
 #pragma omp for schedule(static)
-      for (std::size_t b = 0; b < batch.size(); ++b) kernels->sweep_segments(box, own, axis, batch[b]);
+      for (std::size_t b = 0; b < batch.size(); ++b) sweeps.sweep_segments(box, own, axis, batch[b]);
     }
   }
 }
 
 long Flow::Core::update_rows() {
+  const StageKernels sweeps = stage_kernels();
   long failures = 0;
   const SegmentBatches& s = segments[2];
 #pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : failures)
@@ -259,10 +266,10 @@ long Flow::Core::update_rows() {
     if (!s.begin.empty()) {
       const auto c = static_cast<std::size_t>(j);
       for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
-        kernels->sweep_segments(box, own, 2, s.batch[b]);
+        sweeps.sweep_segments(box, own, 2, s.batch[b]);
       }
     }
-    failures += kernels->update_row(box, own, j);
+    failures += sweeps.update_row(box, own, j);
   }
   return failures;
 }
