@@ -1,5 +1,6 @@
 // All kernels of one instruction set. Compiled once per set with its own OCU_ISA and flags.
 
+#include "flow_solver/numerics/kernel_border.hpp"
 #include "flow_solver/numerics/kernel_segment.hpp"
 #include "flow_solver/numerics/kernel_stress.hpp"
 
@@ -24,7 +25,8 @@ std::size_t scratch_doubles(const Context& ctx) {
 constexpr Kernels table{OCU_TEXT(OCU_ISA), scratch_doubles, bulk_rows,      bulk_ghost_rows, stress_rows,
                         stress_ends_y,     stress_ends_z,     sweep_x,         sweep_y,        sweep_segments,  update_row,
                         filter_x,          filter_y,        filter_segments, finish_plane,   restore_plane,
-                        premark_plane,     theta_plane,     sensor_rows,    diffusivity_rows};
+                        premark_plane,     theta_plane,     sensor_rows,    diffusivity_rows, border_flux,    border_filter,
+                        filter_z};
 
 }  // namespace
 

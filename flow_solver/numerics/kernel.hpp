@@ -27,14 +27,33 @@ struct Block {
 };
 
 /// How a lane's line ends: mirrored; at a wall of the domain whose fluxes are held (line_table.hpp),
-/// without slip or with it; at open ghosts; at an immersed wall.
-enum class LaneEnd : int { mirrored_slip, held_wall, held_slip_wall, domain_ghost, wall, periodic };
+/// without slip or with it; at open ghosts; at an immersed wall; at another rank's nodes (of single
+/// lanes only: the view of such a line says domain_ghost, and its ghosts are those nodes).
+enum class LaneEnd : int { mirrored_slip, held_wall, held_slip_wall, domain_ghost, wall, periodic, neighbour };
 
 /// A no-slip wall at an end of the domain.
 struct WallEnd {
   double velocity[3] = {};     ///< m/s, along the wall
   double temperature = 0;      ///< K; 0: adiabatic
   double inverse_spacing = 0;  ///< 1/m, of the first cells' metric continued to the wall; signed
+};
+
+/// An end of lines that is a border between ranks: fluxes of its last faces in ascending order, for the
+/// solve and for the filter, [line group, face, component, lane]; groups are numbered as in
+/// Context::line_marked. Null: no such end.
+struct KnownEnd {
+  int flux_faces = 0, filter_faces = 0;
+  const double* flux = nullptr;
+  const double* filter = nullptr;
+  const std::uint8_t* marked = nullptr;  ///< by line group: lanes whose node beyond the border is marked
+};
+
+/// Weights of nodes [first, last) in the fluxes of `faces` faces around a border (border_weights.hpp):
+/// [node, face, parity class].
+struct BorderSum {
+  int first = 0, last = 0, faces = 0;
+  const double* weight = nullptr;
+  double* out = nullptr;  ///< [line group, face, component, lane]
 };
 
 /// One direction: tables (line_table.hpp) and metric, as pointers to entry of face or node 0.
@@ -54,6 +73,7 @@ struct LineView {
   const double* filter_inverse_jacobian = nullptr;  ///< that of the filter: 1/(r^m J) on a radial grid
   LaneEnd low = LaneEnd::domain_ghost, high = LaneEnd::domain_ghost;
   WallEnd wall_low, wall_high;
+  KnownEnd known_low, known_high;
 };
 
 /// Metric of a radial x direction (radial.hpp), pointers to node or face 0; power 0: Cartesian.
@@ -181,6 +201,12 @@ struct Kernels {
   void (*sensor_rows)(const Context&, int k, int j0, int j1);
   /// Gaussian average, coefficients and cap in rows [j0, j1) of plane k; raises the maximum of diffusion.
   void (*diffusivity_rows)(const Context&, double* scratch, int k, int j0, int j1, PlaneMaxima&);
+  /// This rank's part of the border fluxes of line groups [g0, g1) along the axis; c is the plane (x- and
+  /// y-lines) or the row (z-lines). Of the stage's fluxes, or of the filter on A.
+  void (*border_flux)(const Context&, double* scratch, int axis, const BorderSum&, int c, int g0, int g1);
+  void (*border_filter)(const Context&, double* scratch, int axis, const BorderSum&, int c, int g0, int g1);
+  /// Filter along z of row j of A, where it is not part of the update.
+  void (*filter_z)(const Context&, double* scratch, int j);
 };
 
 namespace isa_baseline { const Kernels& kernels() noexcept; }

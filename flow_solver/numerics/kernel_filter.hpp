@@ -138,14 +138,19 @@ OCU_INLINE void filter_forward(int n, int begin, int end, const Coef& coef, doub
 /// Filters nodes 0 .. n - 1 of the pencil in place; lanes in `keep` stay as they are.
 template <int D, class Coef>
 OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int face_end, const Coef& coef,
-                              double* buf, double* pencil, unsigned keep, const Lanes* marked) {
+                              double* buf, double* pencil, unsigned keep, const Lanes* marked, Index group = 0) {
   const auto at = [&](int j) { return buf + static_cast<Index>(j) * filter_record * tile_width; };
   Vec g[5];
   for (int f = 0; f < 5; ++f) g[f] = splat(0.0);
+  const KnownEnd &low = line.known_low, &high = line.known_high;
+  start_known(low.filter, low.filter_faces, group, g);
   const int inner_end = face_end < n ? face_end : n;
   filter_forward<D, true>(n, face_begin, -1, coef, buf, pencil, g);
   filter_forward<D, false>(n, face_begin > 0 ? face_begin : 0, inner_end, coef, buf, pencil, g);
   filter_forward<D, true>(n, inner_end + 1, face_end, coef, buf, pencil, g);
+  store_known<filter_record>(low.filter, low.filter_faces, group, 0, buf);
+  store_known<filter_record>(high.filter, high.filter_faces, group, n + 1 - high.filter_faces, buf);
+  if (high.filter != nullptr) start_known(high.filter, high.filter_faces, group, g);
   const auto substitute = [&](int j) OCU_FORCE {
 #pragma GCC unroll 5
     for (int f = 0; f < 5; ++f) {
@@ -192,8 +197,8 @@ OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int f
 
 /// z pencils of whole lines.
 OCU_INLINE void filter_line(const LineView& line, int n, const UniformFilter& coef, double* buf,
-                            double* pencil, unsigned keep, const Lanes* marked) {
-  filter_pencil<2>(line, n, line.face_begin, line.face_end, coef, buf, pencil, keep, marked);
+                            double* pencil, unsigned keep, const Lanes* marked, Index group) {
+  filter_pencil<2>(line, n, line.face_begin, line.face_end, coef, buf, pencil, keep, marked, group);
 }
 
 inline void filter_x(const Context& shared, double* scratch, int k, int g0, int g1) {
@@ -257,7 +262,7 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
     const unsigned marked = ctx.any_mark ? ctx.line_marked[0][flag] & rows : 0u;
     const Lanes lanes = whole_lanes<0>(ctx, 0, j0, k, marked);
     filter_pencil<0>(line, n, line.face_begin, line.face_end, coef, buf, pencil, cut,
-                     marked != 0 ? &lanes : nullptr);
+                     marked != 0 ? &lanes : nullptr, flag);
     for (int t = 0; t < ctx.tiles; ++t) {
       const Index i0 = static_cast<Index>(t) * tile_width;
       for (int f = 0; f < 5; ++f) {
@@ -293,7 +298,7 @@ inline void filter_y(const Context& shared, double* scratch, int k, int t0, int 
     const unsigned marked = ctx.any_mark ? ctx.line_marked[1][flag] & columns : 0u;
     const Lanes lanes = whole_lanes<1>(ctx, i0, 0, k, marked);
     filter_pencil<1>(line, n, line.face_begin, line.face_end, coef, buf, pencil, cut | ~columns,
-                     marked != 0 ? &lanes : nullptr);
+                     marked != 0 ? &lanes : nullptr, flag);
     for (int j = 0; j < n; ++j) {
       for (int f = 0; f < 5; ++f) {
         store(a + j * ctx.A.sj + f * ctx.A.sf, load(pencil + (static_cast<Index>(j) * 5 + f) * tile_width));

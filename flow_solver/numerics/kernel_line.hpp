@@ -346,6 +346,30 @@ OCU_INLINE void backward(int n, int face_end, const Coef& coef, const double* bu
   backward_nodes<D, Visc>(s, n - 1, 0, coef, buf, sink);
 }
 
+/// The walk starts with the known flux next to the first row that is solved.
+OCU_INLINE void start_known(const double* known, int faces, Index group, Vec face[5]) {
+  if (known == nullptr) return;
+  const double* at = known + ((group + 1) * faces - 1) * 5 * tile_width;
+  for (int q = 0; q < 5; ++q) face[q] = load(at + q * tile_width);
+}
+/// Known fluxes of the faces from `first` on into the buffer.
+template <int Record>
+OCU_INLINE void store_known(const double* known, int faces, Index group, int first, double* buf) {
+  if (known == nullptr) return;
+  const double* at = known + group * faces * 5 * tile_width;
+  for (int j = 0; j < faces; ++j) {
+    double* to = buf + static_cast<Index>(first + j) * Record * tile_width;
+    for (int q = 0; q < 5; ++q) store(to + q * tile_width, load(at + (j * 5 + q) * tile_width));
+  }
+}
+/// Both ends after the forward walk: below, the rows held only the last of the known fluxes.
+template <int Record>
+OCU_INLINE void store_known_fluxes(const LineView& line, int n, Index group, double* buf) {
+  const KnownEnd &low = line.known_low, &high = line.known_high;
+  store_known<Record>(low.flux, low.flux_faces, group, 0, buf);
+  store_known<Record>(high.flux, high.flux_faces, group, n + 1 - high.flux_faces, buf);
+}
+
 /// Lanes of a line solve, for the first-order flux at marked nodes.
 struct Lanes {
   const double* q[tile_width];           ///< conserved state at node 0
@@ -358,6 +382,7 @@ struct Lanes {
   Index qf, ql;                          ///< strides of the conserved state by field and node
   Index ml;                              ///< stride of the marks by node
   unsigned active;                       ///< lanes in use
+  unsigned low_marked = 0, high_marked = 0;  ///< lanes whose node beyond a border is marked
 };
 
 /// The same as `backward` in separate steps, with the periodic correction and with first-order

@@ -92,8 +92,8 @@ OCU_INLINE bool touches_mark(const Lanes& lanes, int l, int j) {
   const int n = lanes.n[l];
   const bool periodic = lanes.low[l] == LaneEnd::periodic;
   const auto marked = [&](int i) { return lanes.mark[l][i * lanes.ml] != 0; };
-  const bool left = j > 0 ? marked(j - 1) : (periodic && marked(n - 1));
-  const bool right = j < n ? marked(j) : (periodic && marked(0));
+  const bool left = j > 0 ? marked(j - 1) : (periodic && marked(n - 1)) || ((lanes.low_marked >> l) & 1u) != 0;
+  const bool right = j < n ? marked(j) : (periodic && marked(0)) || ((lanes.high_marked >> l) & 1u) != 0;
   return left || right;
 }
 
@@ -114,6 +114,8 @@ template <int D, int Visc>
       double f[5];
       if (periodic && (j == 0 || j == n)) {
         first_order_flux<D>(state(n - 1), state(0), f);
+      } else if ((j == 0 && lanes.low[l] == LaneEnd::neighbour) || (j == n && lanes.high[l] == LaneEnd::neighbour)) {
+        first_order_flux<D>(state(j - 1), state(j), f);
       } else if (j == 0) {
         const PointState own = state(0);
         first_order_flux<D>(

@@ -298,7 +298,8 @@ void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch
     backward<D, Visc>(t.longest, end, coef, mem.buf, sink);
   } else {
     LineView open = ctx.line[D];
-    open.periodic = false;
+  open.periodic = false;
+  open.known_low = open.known_high = {};  // a segment is solved within its own block
     backward_slow<D, Visc>(ctx, open, t.longest, end, coef, mem.buf, &lanes, sink);
   }
   const Block& to = D == 0 ? ctx.X : ctx.R;
@@ -370,6 +371,7 @@ void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatc
   const Lanes lanes = segment_lanes<D>(ctx, s, t);
   LineView open = ctx.line[D];
   open.periodic = false;
+  open.known_low = open.known_high = {};  // a segment is solved within its own block
   filter_pencil<D>(open, t.longest, -3, end, coef, mem.buf, mem.pencil, 0u,
                    lanes.active != 0 ? &lanes : nullptr);
   const Index al = stride_along(ctx.A, D);

@@ -33,6 +33,13 @@ OCU_INLINE UniformCoef uniform_coef(const LineView& line) {
   return {line.flux, line.inverse_face_spacing, line.inverse_jacobian};
 }
 
+/// Number of the group of eight lines along D through node (i, j, k), as in Context::line_marked.
+template <int D>
+OCU_INLINE Index line_group(const Context& ctx, int i, int j, int k) {
+  if (D == 0) return static_cast<Index>(k) * ctx.mask_groups + j / tile_width;
+  return static_cast<Index>(D == 1 ? k : j) * ctx.mask_tiles + i / tile_width;
+}
+
 /// Lanes of a group of whole lines along axis D; first lane at node (i, j, k), next lane along x (y
 /// and z lines) or along y (x-lines).
 template <int D>
@@ -45,6 +52,9 @@ OCU_INLINE Lanes whole_lanes(const Context& ctx, int i, int j, int k, unsigned a
   s.ml = D == 0 ? 1 : (D == 1 ? mark_row(ctx) : mark_row(ctx) * ctx.mask_rows);
   const Index wl = D == 0 ? 1 : (D == 1 ? w.sj : w.sk);
   s.active = active;
+  const Index group = line_group<D>(ctx, i, j, k);
+  if (ctx.line[D].known_low.marked != nullptr) s.low_marked = ctx.line[D].known_low.marked[group];
+  if (ctx.line[D].known_high.marked != nullptr) s.high_marked = ctx.line[D].known_high.marked[group];
   for (int l = 0; l < tile_width; ++l) {
     int ii = i, jj = j;
     if (D == 0) jj = j + l < ctx.n[1] ? j + l : ctx.n[1] - 1;
@@ -58,6 +68,8 @@ OCU_INLINE Lanes whole_lanes(const Context& ctx, int i, int j, int k, unsigned a
     s.low_state[l] = node - wl;
     s.high_state[l] = node + ctx.n[D] * wl;
     s.low_stride[l] = s.high_stride[l] = w.sf;
+    if (ctx.line[D].known_low.flux != nullptr) s.low[l] = LaneEnd::neighbour;
+    if (ctx.line[D].known_high.flux != nullptr) s.high[l] = LaneEnd::neighbour;
     if (s.low[l] == LaneEnd::held_wall) s.low_state[l] = ctx.line[D].wall_low.velocity;
     if (s.high[l] == LaneEnd::held_wall) s.high_state[l] = ctx.line[D].wall_high.velocity;
   }
@@ -143,13 +155,17 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
     Source src{base, tile_width, step, nullptr, {}, step};
     src.face_heat = !ctx.paper;
     for (int q = 0; q < 4; ++q) src.g[q] = base + (node_gradient + q) * tile_width;
-    if (!started) start_forward<0>(forward, gas, src, walk.first, walk.missing_low);
+    if (!started) {
+      start_forward<0>(forward, gas, src, walk.first, walk.missing_low);
+      start_known(line.known_low.flux, line.known_low.flux_faces, flag, forward.face);
+    }
     started = true;
     const int begin = i0 > walk.first ? i0 : walk.first;
     const int end = i0 + tile_width <= walk.last ? i0 + tile_width : walk.last + 1;
     forward_nodes<0>(forward, gas, src, begin, end, coef, buf);
   }
   end_forward<0>(forward, walk.last, walk.missing_high, coef, buf);
+  store_known_fluxes<face_record<Visc>>(line, n, flag, buf);
 
   double* out = block;
   const auto sink = [&](int i, const Vec div[5]) OCU_FORCE {
@@ -234,12 +250,19 @@ template <int D, int Visc, bool Eight>
       }
       if (!cols[t].solved) continue;
       const Source src = whole_source<D, Visc>(ctx, cols[t].i0, cols[t].j, cols[t].k);
-      if (n0 == walk.first) start_forward<D>(state[t], gas, src, walk.first, walk.missing_low);
+      if (n0 == walk.first) {
+        start_forward<D>(state[t], gas, src, walk.first, walk.missing_low);
+        start_known(line.known_low.flux, line.known_low.flux_faces,
+                    line_group<D>(ctx, cols[t].i0, cols[t].j, cols[t].k), state[t].face);
+      }
       forward_nodes<D>(state[t], gas, src, n0, n1, coef, cols[t].buf);
     }
   }
   for (int t = 0; t < count; ++t) {
-    if (cols[t].solved) end_forward<D>(state[t], walk.last, walk.missing_high, coef, cols[t].buf);
+    if (!cols[t].solved) continue;
+    end_forward<D>(state[t], walk.last, walk.missing_high, coef, cols[t].buf);
+    store_known_fluxes<face_record<Visc>>(line, ctx.n[D], line_group<D>(ctx, cols[t].i0, cols[t].j, cols[t].k),
+                                          cols[t].buf);
   }
 }
 

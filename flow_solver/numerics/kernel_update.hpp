@@ -217,7 +217,7 @@ template <int Visc>
     const unsigned marked = ctx.any_mark ? ctx.line_marked[2][flag] & columns : 0u;
     const Lanes lanes = whole_lanes<2>(ctx, col.i0, col.j, 0, marked);
     filter_line(line, n, UniformFilter{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength},
-                col.buf, col.pencil, col.cut | ~columns, marked != 0 ? &lanes : nullptr);
+                col.buf, col.pencil, col.cut | ~columns, marked != 0 ? &lanes : nullptr, flag);
   }
   double* a = ctx.A.data + col.i0 + col.j * ctx.A.sj;
   for (int k = 0; k < n; ++k) {

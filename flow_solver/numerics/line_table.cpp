@@ -46,12 +46,25 @@ struct ClassRows {
     row[n_weights + 1] = upper * pivot;
     row[n_weights + 2] = pivot;
   }
+  void clear(int j, double lower) const {
+    set(j, 1.0, lower, 0.0);
+    double* row = &rows[static_cast<std::size_t>(j + table_offset) * static_cast<std::size_t>(row_size) +
+                        static_cast<std::size_t>(parity_class * (n_weights + 3))];
+    for (int m = 0; m < n_weights; ++m) row[m] = 0.0;
+  }
 };
 
-/// Eliminates tri(alpha, 1, alpha) with the end rows of one class.
-void eliminate(const ClassRows& out, const LineTable& t, LineEnd low, LineEnd high, bool filter) {
+/// Eliminates tri(alpha, 1, alpha) with the end rows of one class; `known` faces at known ends.
+void eliminate(const ClassRows& out, const LineTable& t, LineEnd low, LineEnd high, bool filter, int known) {
   double c_before = 0.0;
   for (int j = t.face_begin; j <= t.face_end; ++j) {
+    const bool below = low == LineEnd::known && j < known, above = high == LineEnd::known && j > t.n - known;
+    if (below || above) {
+      // A row without right side. Below, it hands on the value that the walk starts with.
+      out.clear(j, below ? -1.0 : 0.0);
+      c_before = 0.0;
+      continue;
+    }
     double lower = out.alpha[static_cast<std::size_t>(j + table_offset)];
     double upper = lower;
     double pivot = 1.0;
@@ -142,8 +155,8 @@ LineTable make_line_table(int n, LineEnd low, LineEnd high, const LineScheme& sc
       eliminate_periodic(flux, n, t.flux_wrap, t.flux_wrap_last, t.flux_wrap_scale);
       eliminate_periodic(filter, n, t.filter_wrap, t.filter_wrap_last, t.filter_wrap_scale);
     } else {
-      eliminate(flux, t, low, high, false);
-      eliminate(filter, t, low, high, true);
+      eliminate(flux, t, low, high, false, known_flux_faces(scheme.eighth_order));
+      eliminate(filter, t, low, high, true, known_filter_faces);
     }
   }
   if (t.periodic) t.face_end = n - 1;

@@ -8,8 +8,9 @@ namespace ocublast::flow {
 
 /// How a line ends. A mirrored end closes the solve on the end face by parity, a held wall by the
 /// known flux there (MirrorRow); a ghosted end runs the solve through the four ghost nodes and closes
-/// it there at second order.
-enum class LineEnd { mirrored_slip, held_wall, ghosted, periodic };
+/// it there at second order. A known end (a border between ranks) has the fluxes of its last faces
+/// given (known_flux_faces, known_filter_faces of them): none of the solved rows reaches beyond it.
+enum class LineEnd { mirrored_slip, held_wall, ghosted, periodic, known };
 
 // Rows of one face in the tables, per parity class: right-side weights (three of a flux, four of the
 // filter) and lower factor g, all divided by the pivot, upper factor c, and the inverse pivot itself:
@@ -66,6 +67,11 @@ struct LineScheme {
   bool eighth_order = false;  ///< tridiagonal eighth-order fluxes instead of sixth
   double filter_alpha = 0.47;
 };
+
+/// Faces at a known end, the border itself included, whose flux must be given: as many as a row of the
+/// solve has pairs of nodes.
+[[nodiscard]] constexpr int known_flux_faces(bool eighth_order) noexcept { return eighth_order ? 3 : 2; }
+inline constexpr int known_filter_faces = 4;
 
 [[nodiscard]] LineTable make_line_table(int n, LineEnd low, LineEnd high, const LineScheme& scheme);
 
