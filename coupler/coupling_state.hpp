@@ -51,6 +51,7 @@ struct CouplingState {
   SharedValues velocity_before;    ///< [n,3] m/s
   SharedValues acceleration;       ///< [n,3] m/s^2, where the solid was asked for it
   SharedValues load;               ///< [n] Pa at the end of the window (parallel implicit coupling)
+  SharedValues wall;               ///< [n,3] m, where the flow was last told its wall is (mapped meshes)
   std::optional<FlowAhead> ahead;
 
   /// Where the flow stands: the window ahead, or the one both have finished.

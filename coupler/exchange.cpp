@@ -28,16 +28,37 @@ link::PayloadView Answer::values() const {
   return link::view_payload(message->header, message->payload());
 }
 
-Exchange::Exchange(Partners& partners, Server& server, const Settings& settings,
-                   std::size_t n_vertices, TrafficWriter* traffic)
-    : partners_(partners), server_(server), settings_(settings), n_vertices_(n_vertices),
+Exchange::Exchange(Partners& partners, Server& server, const Settings& settings, Interface interface,
+                   TrafficWriter* traffic)
+    : partners_(partners), server_(server), settings_(settings), interface_(std::move(interface)),
       traffic_(traffic) {
   if (server.reads_memory(Role::flow))
-    motion_memory_ = link::SharedMemory(6 * n_vertices * sizeof(double), link::memory_slots);
+    motion_memory_ = link::SharedMemory(6 * interface_.n_flow * sizeof(double), link::memory_slots);
+  if (interface_.map) motion_.resize(6 * interface_.n_solid);
 }
 
-std::span<double> Exchange::motion_room() {
-  const std::size_t n = 6 * n_vertices_;
+std::span<double> Exchange::motion_room() { return interface_.map ? std::span(motion_) : motion_to_send(); }
+
+std::span<const double> Exchange::wall() const { return wall_; }
+
+void Exchange::set_wall(std::span<const double> position) {
+  if (!interface_.map) return;
+  wall_.assign(position.begin(), position.end());
+  wall_flow_.resize(3 * interface_.n_flow);
+  interface_.map->map_position(wall_, wall_flow_);
+}
+
+/// What is in the room, on the flow's mesh into the order.
+void Exchange::map_motion() {
+  const auto out = motion_to_send();
+  const std::span motion(motion_);
+  set_wall(motion.first(motion.size() / 2));
+  std::copy(wall_flow_.begin(), wall_flow_.end(), out.begin());
+  interface_.map->map_vectors(motion.last(motion.size() / 2), out.last(out.size() / 2));
+}
+
+std::span<double> Exchange::motion_to_send() {
+  const std::size_t n = 6 * interface_.n_flow;
   if (motion_memory_) {
     if (traffic_ != nullptr && motions_in_memory_.size() > unwritten_slots) {
       traffic_->wait_written(motions_in_memory_.front());
@@ -60,7 +81,7 @@ Header Exchange::make_step(Role role, const Ask& ask) const {
   step.wants_acceleration = ask.wants_acceleration && role == Role::solid;
   step.load_shape = settings_.load_shape;
   step.wall_path = settings_.wall_path;
-  step.n_vertices = n_vertices_;
+  step.n_vertices = role == Role::flow ? interface_.n_flow : interface_.n_solid;
   step.idle = true;
   return step;
 }
@@ -93,6 +114,7 @@ void Exchange::post(Role role, Header step, zmq::message_t& frame, std::span<con
 }
 
 void Exchange::post_motion(const Ask& ask) {
+  if (interface_.map) map_motion();
   Header step = make_step(Role::flow, ask);
   step.idle = false;
   step.fields = field::position | field::velocity;
@@ -117,6 +139,10 @@ void Exchange::post_load(const Ask& ask, const Answer& flow) {
   Header step = make_step(Role::solid, ask);
   step.idle = false;
   step.fields = field::overpressure;
+  if (interface_.map) {
+    post_mapped_load(std::move(step), flow.values().overpressure);
+    return;
+  }
   zmq::message_t frame;
   const auto bytes = flow.message->payload();
   if (flow.header().memory.pid == 0) {
@@ -135,7 +161,25 @@ void Exchange::post_load(const Ask& ask, std::span<const double> overpressure) {
   Header step = make_step(Role::solid, ask);
   step.idle = false;
   step.fields = field::overpressure;
+  if (interface_.map) {
+    post_mapped_load(std::move(step), overpressure);
+    return;
+  }
   zmq::message_t frame(overpressure.data(), overpressure.size_bytes());
+  post(Role::solid, std::move(step), frame, {}, {});
+}
+
+/// Forces where the solid takes them, else its vertices' overpressure.
+void Exchange::post_mapped_load(Header step, std::span<const double> overpressure) {
+  const std::size_t n = (interface_.takes_force ? 3 : 1) * interface_.n_solid;
+  zmq::message_t frame(n * sizeof(double));
+  const std::span<double> values(static_cast<double*>(frame.data()), n);
+  if (interface_.takes_force) {
+    step.fields = field::force;
+    interface_.map->map_force(overpressure, wall_flow_, wall_, values);
+  } else {
+    interface_.map->map_pressure(overpressure, values);
+  }
   post(Role::solid, std::move(step), frame, {}, {});
 }
 
@@ -159,9 +203,10 @@ void Exchange::check(Incoming& result) const {
   if (h.fields != expected)
     throw PartnerFault(result.role, fmt::format("RESULT of window {} holds fields {:#x}, expected {:#x}",
                                                 h.window, h.fields, expected));
-  if (h.fields != 0 && h.n_vertices != n_vertices_)
+  const std::size_t n = result.role == Role::flow ? interface_.n_flow : interface_.n_solid;
+  if (h.fields != 0 && h.n_vertices != n)
     throw PartnerFault(result.role, fmt::format("RESULT of window {} has {} vertices, the interface "
-                                                "mesh {}", h.window, h.n_vertices, n_vertices_));
+                                                "mesh {}", h.window, h.n_vertices, n));
   try {
     link::check_payload(h, result.payload());
   } catch (const LinkError& error) {

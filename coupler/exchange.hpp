@@ -23,11 +23,19 @@ struct Answer {
   [[nodiscard]] link::PayloadView values() const;
 };
 
-/// Sends step orders to both sides and gathers their answers; checks and records both. Payloads go
-/// through shared memory where the participant can read it.
+/// The surface that flow and solid share: their meshes, and the way between them where they differ.
+struct Interface {
+  std::size_t n_flow = 0;                    ///< vertices
+  std::size_t n_solid = 0;
+  bool takes_force = false;                  ///< the solid, instead of overpressure, where there is a map
+  std::unique_ptr<const InterfaceMap> map;   ///< null: both have the same mesh
+};
+
+/// Sends step orders to both sides and gathers their answers; checks and records both, and maps
+/// between their meshes. Payloads go through shared memory where the participant can read it.
 class Exchange {
  public:
-  Exchange(Partners& partners, Server& server, const Settings& settings, std::size_t n_vertices,
+  Exchange(Partners& partners, Server& server, const Settings& settings, Interface interface,
            TrafficWriter* traffic);
 
   /// What is asked: a window, as iteration 1, 2, ... (0: explicit), with accelerations.
@@ -37,10 +45,16 @@ class Exchange {
     bool wants_acceleration = false;
   };
 
-  [[nodiscard]] std::size_t n_vertices() const { return n_vertices_; }
-  /// Room for position and velocity [6 n] of the next order to the flow; sent by post_motion.
+  /// Vertices that loads are given at: the flow's.
+  [[nodiscard]] std::size_t n_loads() const { return interface_.n_flow; }
+  /// Room for position and velocity [6 n] of the solid's vertices for the next order to the flow;
+  /// sent by post_motion.
   [[nodiscard]] std::span<double> motion_room();
   void post_motion(const Ask& ask);
+  /// Position [n, 3] m of the solid's vertices that the flow was last told; empty where nothing is
+  /// mapped. A resumed run puts it back.
+  [[nodiscard]] std::span<const double> wall() const;
+  void set_wall(std::span<const double> position);
   /// The wall is where it was, at rest.
   void post_rest(const Ask& ask);
   /// Forwards the load of the flow to the solid as it came.
@@ -59,13 +73,19 @@ class Exchange {
   void post(link::Role role, link::Header step, zmq::message_t& frame,
             std::span<const std::byte> memory, std::optional<std::uint64_t> same_as);
   void spare_memory(link::Role role);
+  [[nodiscard]] std::span<double> motion_to_send();
+  void map_motion();
+  void post_mapped_load(link::Header step, std::span<const double> overpressure);
   void check(Incoming& result) const;
   void accept(Incoming message);
 
   Partners& partners_;
   Server& server_;
   const Settings& settings_;
-  std::size_t n_vertices_;
+  Interface interface_;
+  std::vector<double> motion_;              ///< [6 n_solid], mapped meshes: what is to be sent
+  std::vector<double> wall_;                ///< [3 n_solid] m, mapped meshes: what was sent last,
+  std::vector<double> wall_flow_;           ///< [3 n_flow] m, and what the flow made of it
   TrafficWriter* traffic_;
   link::SharedMemory motion_memory_;        ///< orders to the flow
   std::uint64_t motions_ = 0;               ///< sent so; the slot of the next one

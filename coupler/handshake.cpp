@@ -33,6 +33,7 @@ class Progress {
 
  private:
   void accept_mesh(Incoming& message);
+  static void check_mesh(Incoming& message);
   void accept_ready(Incoming message);
   void forward_mesh();
 
@@ -59,6 +60,11 @@ void Progress::accept(Incoming message) {
     partners_.set_computing(role, role == Role::solid);  // the flow waits for the mesh
   } else if (message.header.kind == Kind::mesh && first_mesh) {
     accept_mesh(message);
+  } else if (message.header.kind == Kind::mesh && role == Role::flow && mesh_sent_ && !ready_[0] &&
+             !result_.flow_mesh) {
+    check_mesh(message);
+    result_.flow_mesh = message.header;
+    result_.flow_mesh_payload = std::move(message.frames.payload);
   } else if (message.header.kind == Kind::ready && ready_due) {
     accept_ready(std::move(message));
   } else {
@@ -68,20 +74,24 @@ void Progress::accept(Incoming message) {
   forward_mesh();
 }
 
-void Progress::accept_mesh(Incoming& message) {
-  if (message.header.n_vertices == 0 || message.header.n_triangles == 0)
-    throw PartnerFault(Role::solid, fmt::format("MESH with {} vertices and {} triangles",
-                                                message.header.n_vertices,
-                                                message.header.n_triangles));
+/// Triangles may be missing: a solid of scattered nodes, with a flow that has a mesh of its own.
+void Progress::check_mesh(Incoming& message) {
+  const Header& header = message.header;
+  if (header.n_vertices == 0 || (header.n_triangles == 0 && message.role == Role::flow))
+    throw PartnerFault(message.role, fmt::format("MESH with {} vertices and {} triangles", header.n_vertices,
+                                                 header.n_triangles));
   const std::uint64_t hash = link::checksum(message.payload());
-  if (hash != message.header.mesh_hash)
-    throw PartnerFault(Role::solid, fmt::format("MESH has hash {:016x}, announced {:016x}", hash,
-                                                message.header.mesh_hash));
+  if (hash != header.mesh_hash)
+    throw PartnerFault(message.role, fmt::format("MESH has hash {:016x}, announced {:016x}", hash, header.mesh_hash));
   try {
-    static_cast<void>(link::mesh_from_payload(message.header, message.payload()));
+    static_cast<void>(link::mesh_from_payload(header, message.payload()));
   } catch (const LinkError& error) {
-    throw PartnerFault(Role::solid, error.what());
+    throw PartnerFault(message.role, error.what());
   }
+}
+
+void Progress::accept_mesh(Incoming& message) {
+  check_mesh(message);
   result_.mesh = message.header;
   result_.mesh_payload = std::move(message.frames.payload);
   mesh_here_ = true;
@@ -99,9 +109,14 @@ void Progress::forward_mesh() {
 void Progress::accept_ready(Incoming message) {
   const Role role = message.role;
   const Header& header = message.header;
-  if (header.mesh_hash != result_.mesh.mesh_hash)
-    throw PartnerFault(role, fmt::format("READY for the mesh {:016x}, the run's mesh is {:016x}",
-                                         header.mesh_hash, result_.mesh.mesh_hash));
+  const bool own = role == Role::flow && result_.flow_mesh;
+  const std::uint64_t expected = own ? result_.flow_mesh->mesh_hash : result_.mesh.mesh_hash;
+  if (header.mesh_hash != expected)
+    throw PartnerFault(role, fmt::format("READY for the mesh {:016x}, {} is {:016x}", header.mesh_hash,
+                                         own ? "its own" : "the run's mesh", expected));
+  if (role == Role::flow && !own && result_.mesh.n_triangles == 0)
+    throw PartnerFault(Role::solid, "MESH without triangles: a solid of scattered nodes needs a flow that has "
+                                    "a surface of its own (flow.body.surface)");
   const std::uint64_t window = role == Role::flow ? state_.flow_window() : state_.window;
   const double time = role == Role::flow ? state_.flow_time() : state_.time;
   if (header.window != window || header.time != time)

@@ -13,6 +13,8 @@ namespace ocublast::coupler {
 struct Handshake {
   link::Header mesh;                       ///< the solid's MESH
   zmq::message_t mesh_payload;
+  std::optional<link::Header> flow_mesh;   ///< MESH of the flow, where it has one of its own
+  zmq::message_t flow_mesh_payload;
   std::array<link::Header, 2> ready;       ///< READY of flow and solid
   std::shared_ptr<Incoming> solid_ready;   ///< with the initial motion, if the solid sent one
   std::string flow_mesh_header;            ///< MESH as it was sent to the flow

@@ -50,7 +50,7 @@ void post_answered_load(Exchange& exchange, const Settings& settings, const Coup
   if (zero && state.load_zero) {
     exchange.post_no_load(ask);
   } else if (zero) {  // the load falls to zero within this window: say so in full
-    exchange.post_load(ask, std::vector<double>(exchange.n_vertices(), 0.0));
+    exchange.post_load(ask, std::vector<double>(exchange.n_loads(), 0.0));
   } else if (factor < 1.0) {
     const auto load = flow.values().overpressure;
     std::vector<double> scaled(load.begin(), load.end());

@@ -207,7 +207,7 @@ void ParallelImplicit::post_both(CouplingState& state, const Exchange::Ask& ask,
 WindowReports ParallelImplicit::advance(CouplingState& state, const TimeWindow& window, int order) {
   detach(state);
   const Motion motion(state, window.width());
-  const std::size_t m = motion.size(), n = exchange_.n_vertices();
+  const std::size_t m = motion.size(), n = exchange_.n_loads();
   Guess guess{.motion = std::vector<double>(m), .load = std::vector<double>(n, 0.0)};
   std::vector<double> wall(m), answered(m), x(m + n), residual(m + n);
   predict_motion(state, window.t_end, order, wall);

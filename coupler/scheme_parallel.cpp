@@ -47,7 +47,7 @@ void ParallelExplicit::post_kept_load(const CouplingState& state, const FlowAhea
     return;
   }
   const double factor = load_factor(settings_, ahead.window.t_end);
-  std::vector<double> load(exchange_.n_vertices(), 0.0);
+  std::vector<double> load(exchange_.n_loads(), 0.0);
   for (std::size_t i = 0; i < ahead.load.values.size(); ++i) load[i] = factor < 1.0 ? factor * ahead.load.values[i] : ahead.load.values[i];
   if (ahead.idle && state.load_zero) exchange_.post_no_load(ask);
   else exchange_.post_load(ask, load);

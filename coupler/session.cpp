@@ -47,7 +47,8 @@ class Session {
   void load_resume();
   void start_solvers();
   void shake();
-  void open_results();
+  [[nodiscard]] Interface make_interface(const Handshake& hands);
+  void open_results(Interface interface);
   void start_state(Handshake& hands);
   void advance();
   [[nodiscard]] int predictor_order(double width);
@@ -175,10 +176,38 @@ void Session::start_state(Handshake& hands) {
   state_.width_before = 1.0;
 }
 
+/// The flow's mesh beside the solid's: a map where they differ.
+Interface Session::make_interface(const Handshake& hands) {
+  const auto n = static_cast<std::size_t>(hands.mesh.n_vertices);
+  Interface interface{.n_flow = n, .n_solid = n, .takes_force = hands.solid_ready->header.takes_force, .map = {}};
+  if (!hands.flow_mesh || hands.flow_mesh->mesh_hash == hands.mesh.mesh_hash) return interface;
+  const auto begin = Clock::now();
+  const auto mesh = [](const Header& header, const zmq::message_t& payload) {
+    return link::mesh_from_payload(header, {static_cast<const std::byte*>(payload.data()), payload.size()});
+  };
+  try {
+    interface.map = std::make_unique<InterfaceMap>(mesh(*hands.flow_mesh, hands.flow_mesh_payload),
+                                                   mesh(hands.mesh, hands.mesh_payload), settings_.mapping);
+  } catch (const LinkError& error) {
+    throw PartnerFault(Role::flow, error.what(), static_cast<int>(ExitCode::bad_case));
+  }
+  interface.n_flow = interface.map->n_flow();
+  log_->info("mapped by {}: {} vertices of the flow, {} of the solid, largest gap {:.3g} m, load as {}, {:.3f} s",
+             interface.map->method(), interface.n_flow, n, interface.map->largest_gap(),
+             interface.takes_force ? "forces (conservative)" : "overpressure (not conservative)",
+             link::seconds_since(begin));
+  return interface;
+}
+
 void Session::shake() {
   Handshake hands = shake_hands(partners_, server_, settings_.start_limit, state_);
   mesh_hash_ = hands.mesh.mesh_hash;
+  if (hands.flow_mesh && hands.flow_mesh->mesh_hash != mesh_hash_) {
+    const std::array<std::uint64_t, 2> both{mesh_hash_, hands.flow_mesh->mesh_hash};
+    mesh_hash_ = link::checksum(std::as_bytes(std::span(both)));
+  }
   n_vertices_ = hands.mesh.n_vertices;
+  Interface interface = make_interface(hands);
   if (resumed_) {
     if (resumed_->mesh_hash != mesh_hash_)
       throw PartnerFault(Role::solid, fmt::format("brings the interface mesh {:016x}, the checkpoint is "
@@ -186,10 +215,13 @@ void Session::shake() {
   } else {
     start_state(hands);
   }
-  open_results();
+  open_results(std::move(interface));
+  exchange_->set_wall(state_.wall.values.empty() ? state_.position.values : state_.wall.values);
   if (traffic_) {
     const auto number = traffic_->append(Direction::from_solid, link::encode(hands.mesh), hands.mesh_payload);
     traffic_->append(Direction::to_flow, hands.flow_mesh_header, hands.mesh_payload, number);
+    if (hands.flow_mesh)
+      traffic_->append(Direction::from_flow, link::encode(*hands.flow_mesh), hands.flow_mesh_payload);
     zmq::message_t nothing;
     traffic_->append(Direction::from_flow, link::encode(hands.ready[0]), nothing);
     traffic_->append(Direction::from_solid, hands.solid_ready->frames.header_view(),
@@ -201,7 +233,7 @@ void Session::shake() {
                          {"vertices", n_vertices_}, {"window", state_.window}, {"time_s", state_.time}});
 }
 
-void Session::open_results() {
+void Session::open_results(Interface interface) {
   const bool same_run = resumed_.has_value();
   rows_.emplace(options_.out / "coupling.csv", same_run ? state_.window : 0);
   if (settings_.record) {
@@ -214,7 +246,7 @@ void Session::open_results() {
                                               .mesh_hash = mesh_hash_,
                                               .first_window = state_.window + 1});
   }
-  exchange_.emplace(partners_, server_, settings_, n_vertices_, traffic_ ? &*traffic_ : nullptr);
+  exchange_.emplace(partners_, server_, settings_, std::move(interface), traffic_ ? &*traffic_ : nullptr);
   scheme_ = make_scheme(*exchange_, settings_);
 }
 
@@ -288,6 +320,8 @@ void Session::write_checkpoint() {
     server_.send(role, std::move(header));
     partners_.set_computing(role, true);
   }
+  if (const auto wall = exchange_->wall(); !wall.empty())
+    state_.wall = SharedValues::from(std::vector<double>(wall.begin(), wall.end()));
   write_state(directory, state_, settings_.case_hash, mesh_hash_);
   // A run that is killed later goes on from here: its tables must reach this far.
   rows_->flush();

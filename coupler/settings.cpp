@@ -26,6 +26,10 @@ constexpr std::array<std::pair<std::string_view, WindowRule>, 3> window_rules{
     {{"subcycle", WindowRule::subcycle},
      {"lockstep", WindowRule::lockstep},
      {"fixed", WindowRule::fixed}}};
+constexpr std::array<std::pair<std::string_view, MappingKind>, 3> mappings{
+    {{"automatic", MappingKind::automatic},
+     {"nearest-projection", MappingKind::nearest_projection},
+     {"radial-basis", MappingKind::radial_basis}}};
 constexpr std::array<std::pair<std::string_view, link::WallPath>, 2> wall_paths{
     {{"cubic", link::WallPath::cubic}, {"straight", link::WallPath::straight}}};
 constexpr std::array<std::pair<std::string_view, link::LoadShape>, 2> load_shapes{
@@ -91,6 +95,12 @@ void read_scheme(Section& section, Settings& settings) {
                                  {.help = "path of the wall inside a window"});
   section.choice<link::LoadShape>("load", settings.load_shape, load_shapes,
                                   {.help = "load on the solid inside a window"});
+  section.choice<MappingKind>("mapping", settings.mapping.kind, mappings,
+                              {.help = "between interface meshes that differ; automatic: nearest projection, radial "
+                                       "basis where the solid has no triangles"});
+  section.real("mapping_gap", settings.mapping.largest_gap,
+               {.unit = "1", .min = 0.0, .max = 100.0, .above_min = true,
+                .help = "largest distance between the two meshes, in facet sizes"});
 }
 
 void read_windows(Section& section, Settings& settings) {

@@ -6,6 +6,7 @@
 #include "coupler/base/case_common.hpp"
 #include "coupler/base/case_reader.hpp"
 #include "coupler/link/participant.hpp"
+#include "coupler/mapping/interface_map.hpp"
 
 namespace ocublast::coupler {
 
@@ -36,6 +37,8 @@ struct Settings {
   link::LoadShape load_shape = link::LoadShape::linear;
   bool leap_frog = false;          ///< predict with the solid's own acceleration (lock step)
   double load_ramp = 0.0;          ///< s, over which the load on the solid grows to its full value; 0: none
+
+  MappingOptions mapping;          ///< between interface meshes that differ
 
   RelaxationKind relaxation = RelaxationKind::aitken;
   double relaxation_factor = 1.0;  ///< constant, or the first of a window

@@ -46,7 +46,8 @@ void step(Session& session, link::Participant& participant, const link::Order& o
                               .shape = order.load_shape == link::LoadShape::linear
                                            ? InterfaceLoad::linear
                                            : InterfaceLoad::constant,
-                              .overpressure = order.overpressure});
+                              .overpressure = order.overpressure,
+                              .force = order.force});
   }
   link::Report report{.idle = result.idle,
                       .stable_step = session.run().stable_step(),
@@ -69,6 +70,7 @@ void step(Session& session, link::Participant& participant, const link::Order& o
 
 void serve(Session& session, link::Participant& participant) {
   send_surface(session, participant);
+  participant.take_forces();
   participant.ready(session.run().stable_step(), session.progress().window,
                     session.run().state().time);
   if (session.progress().window == 0) session.write_due(false);

@@ -100,8 +100,9 @@ void SolidRun::set_velocity(std::int32_t node, const std::array<double, 3>& velo
 
 bool SolidRun::disturbed(const Window& window) const {
   if (!setup_.control.sleep) return true;
-  for (const double p : window.overpressure)
-    if (p != 0.0) return true;
+  for (const auto& given : {window.overpressure, window.force})
+    for (const double p : given)
+      if (p != 0.0) return true;
   const auto quiet = [&](const Schedule& s) { return s.zero_in(window.t_begin, window.t_end); };
   for (const auto& load : loads_)
     if (!load.coupled && !quiet(load.schedule)) return true;
@@ -169,13 +170,19 @@ void SolidRun::begin_window(const Window& window) {
   bool changed = false;
   double square = 0.0;
   for (auto& load : loads_) {
-    const auto before = load.pressure;
-    set_pressure(load, window, window.t_begin);
-    if (load.pressure == before) continue;
+    const auto old_forces = load.forces;
+    if (load.coupled && !window.force.empty()) {
+      load.force_begin = load.forces;
+      set_forces(load, window, window.t_begin);
+      if (load.forces == old_forces) continue;
+    } else {
+      const auto before = load.pressure;
+      set_pressure(load, window, window.t_begin);
+      if (load.pressure == before) continue;
+      load.surface.compute_forces(state_.displacement, load.pressure, load.forces);
+    }
     if (!changed) square = residual_square();
     changed = true;
-    const auto old_forces = load.forces;
-    load.surface.compute_forces(state_.displacement, load.pressure, load.forces);
     for (std::size_t v = 0; v < load.surface.nodes().size(); ++v)
       for (std::size_t i = 0; i < 3; ++i)
         residual_[4 * index(load.surface.nodes()[v]) + i] +=
@@ -206,6 +213,16 @@ void SolidRun::set_pressure(Load& load, const Window& window, double t) {
     const double end = window.overpressure.empty() ? 0.0 : window.overpressure[v];
     load.pressure[v] = s == 1.0 ? end : load.last_end[v] + s * (end - load.last_end[v]);
   }
+}
+
+/// Forces that were given at the nodes, where the flow has an interface mesh of its own.
+void SolidRun::set_forces(Load& load, const Window& window, double t) {
+  const double s = window.shape == InterfaceLoad::linear && t != window.t_end
+                       ? (t - window.t_begin) / (window.t_end - window.t_begin)
+                       : 1.0;
+  for (std::size_t i = 0; i < load.forces.size(); ++i)
+    load.forces[i] = s == 1.0 ? window.force[i]
+                              : load.force_begin[i] + s * (window.force[i] - load.force_begin[i]);
 }
 
 void SolidRun::predict(const StepTimes& times) {
@@ -239,13 +256,17 @@ void SolidRun::impose_prescribed(const StepTimes& times) {
 void SolidRun::apply_loads(const Window& window, const StepTimes& times, WindowResult& result) {
   for (auto& load : loads_) {
     const auto old = load.forces;
-    set_pressure(load, window, times.t_new);
-    const bool loaded =
-        std::any_of(load.pressure.begin(), load.pressure.end(), [](double p) { return p != 0.0; });
-    if (loaded)
-      load.surface.compute_forces(state_.displacement, load.pressure, load.forces);
-    else
-      std::fill(load.forces.begin(), load.forces.end(), 0.0);
+    if (load.coupled && !window.force.empty()) {
+      set_forces(load, window, times.t_new);
+    } else {
+      set_pressure(load, window, times.t_new);
+      const bool loaded = std::any_of(load.pressure.begin(), load.pressure.end(),
+                                      [](double p) { return p != 0.0; });
+      if (loaded)
+        load.surface.compute_forces(state_.displacement, load.pressure, load.forces);
+      else
+        std::fill(load.forces.begin(), load.forces.end(), 0.0);
+    }
     double work = 0.0;
     for (std::size_t v = 0; v < load.surface.nodes().size(); ++v)
       for (std::size_t i = 0; i < 3; ++i) {

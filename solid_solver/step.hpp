@@ -85,6 +85,7 @@ struct Window {
   std::uint32_t steps = 0;  ///< 0: as many as stability needs
   InterfaceLoad shape = InterfaceLoad::none;
   std::span<const double> overpressure;  ///< [interface nodes] at t_end, Pa; empty: zero
+  std::span<const double> force;  ///< [interface nodes, 3] at t_end, N, instead of the overpressure
 };
 
 struct WindowResult {
@@ -194,6 +195,7 @@ class SolidRun {
     std::vector<double> pressure;  ///< [nodes] now, Pa
     std::vector<double> forces;    ///< [nodes, 3] now, N
     std::vector<double> last_end;  ///< coupled: [nodes] at the end of the last window, Pa
+    std::vector<double> force_begin;  ///< coupled, given forces: [nodes, 3] at the window's begin, N
   };
   struct StepTimes {
     double t_old;
@@ -213,6 +215,7 @@ class SolidRun {
   void begin_window(const Window& window);
   [[nodiscard]] std::uint32_t choose_steps(const Window& window) const;
   void set_pressure(Load& load, const Window& window, double t);
+  void set_forces(Load& load, const Window& window, double t);
   void predict(const StepTimes& times);
   void impose_prescribed(const StepTimes& times);
   void apply_loads(const Window& window, const StepTimes& times, WindowResult& result);

@@ -11,6 +11,8 @@ ocublast_test(NAME test_coupler_message LABEL unit SOURCES unit/coupler_message.
               LIBRARIES ocublast_link ocublast_proto)
 ocublast_test(NAME test_coupler_window LABEL unit SOURCES unit/coupler_window.cpp
               LIBRARIES ocublast_coupler)
+ocublast_test(NAME test_coupler_mapping LABEL unit SOURCES unit/coupler_mapping.cpp
+              LIBRARIES ocublast_coupler Eigen3::Eigen)
 ocublast_test(NAME test_coupler_recording LABEL unit SOURCES unit/coupler_recording.cpp
               LIBRARIES ocublast_coupler)
 
@@ -30,6 +32,7 @@ foreach(class Piston Replay Resume Ways)
 endforeach()
 ocublast_coupler_test(coupler_Install coupled coupled/coupler_install.py Install 180)
 ocublast_coupler_test(coupler_Solvers coupled coupled/coupler_solvers.py Solvers 180)
+ocublast_coupler_test(coupler_Mapped coupled coupled/coupler_mapped.py Mapped 120)
 ocublast_coupler_test(coupler_Schemes coupled coupled/coupler_schemes.py Schemes 120)
 foreach(class Death Silence Strangers BadMessages)
   ocublast_coupler_test(coupler_${class} faults faults/coupler_faults.py ${class} 180)

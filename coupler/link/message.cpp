@@ -178,6 +178,7 @@ class Reader {
     OCU_TAKE_FINITE(out.time, time_s);
     OCU_TAKE(out.mesh_hash, mesh_hash);
     out.shares_memory = in_.shares_memory();
+    out.takes_force = in_.takes_force();
   }
   void by_kind(Header& out) const {
     switch (kind_) {
@@ -220,7 +221,7 @@ std::uint32_t fields_allowed(Kind kind) {
   switch (kind) {
     case Kind::mesh: return mesh;
     case Kind::ready: return position | velocity | acceleration;
-    case Kind::step: return position | velocity | overpressure;
+    case Kind::step: return position | velocity | overpressure | force;
     case Kind::result: return position | velocity | acceleration | overpressure;
     default: return 0;
   }
@@ -252,6 +253,7 @@ std::string encode(const Header& header) {
       out.set_time_s(header.time);
       out.set_mesh_hash(header.mesh_hash);
       out.set_shares_memory(header.shares_memory);
+      if (header.takes_force) out.set_takes_force(true);
       break;
     case Kind::step: put_order(header, out); break;
     case Kind::result: put_result(header, out); break;
@@ -297,7 +299,7 @@ Header decode(std::string_view bytes) {
 std::uint64_t payload_bytes_expected(const Header& header) {
   const std::uint64_t n = header.n_vertices;
   std::uint64_t bytes = 0;
-  for (const auto vector : {field::position, field::velocity, field::acceleration})
+  for (const auto vector : {field::position, field::velocity, field::acceleration, field::force})
     if ((header.fields & vector) != 0) bytes += 3 * sizeof(double) * n;
   if ((header.fields & field::overpressure) != 0) bytes += sizeof(double) * n;
   if ((header.fields & field::mesh) != 0)

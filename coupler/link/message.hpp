@@ -13,7 +13,7 @@ namespace ocublast::link {
 
 /// Version of the wire contract. Participants with another major number are refused.
 inline constexpr std::uint32_t protocol_major = 1;
-inline constexpr std::uint32_t protocol_minor = 1;
+inline constexpr std::uint32_t protocol_minor = 2;
 
 /// No header frame is longer: the longest text in it is cut to a tenth of this.
 inline constexpr std::size_t max_header_bytes = 64 * 1024;
@@ -33,6 +33,7 @@ inline constexpr std::uint32_t velocity = 2;      ///< [n, 3] m/s
 inline constexpr std::uint32_t acceleration = 4;  ///< [n, 3] m/s^2
 inline constexpr std::uint32_t overpressure = 8;  ///< [n] Pa
 inline constexpr std::uint32_t mesh = 16;         ///< [n, 3] m, then [n_triangles, 3] int32
+inline constexpr std::uint32_t force = 32;        ///< [n, 3] N
 }  // namespace field
 
 /// The first frame of every message as a value. Members that a kind does not use keep their
@@ -50,6 +51,7 @@ struct Header {
   MemoryPlace memory;                  ///< of the payload; HELLO, WELCOME: of the probe
   std::uint64_t memory_mark = 0;
   bool shares_memory = false;
+  bool takes_force = false;
 
   std::uint32_t major = protocol_major;
   std::uint32_t minor = protocol_minor;

@@ -47,6 +47,7 @@ struct Participant::State {
   std::uint64_t finished_window = 0;
   std::uint32_t iteration = 0; ///< of that window
   Header order;                ///< the last STEP or CHECKPOINT
+  bool takes_force = false;
   bool owes_result = false;
   bool owes_done = false;
   bool ended = false;          ///< BYE or ABORT was sent or received, or the coupler is gone
@@ -344,6 +345,8 @@ InterfaceMesh Participant::receive_mesh() {
   return mesh;
 }
 
+void Participant::take_forces() { state_->takes_force = true; }
+
 namespace {
 
 /// Adds a part to a message if it is there; its length must be that of the interface mesh.
@@ -371,6 +374,7 @@ void Participant::ready(double stable_step, std::uint64_t window, double time,
   header.mesh_hash = s.mesh_hash;
   header.n_vertices = s.n_vertices;
   header.shares_memory = s.we_read;
+  header.takes_force = s.takes_force;
   if (s.coupler_reads && s.n_vertices > 0)
     s.memory = SharedMemory((s.connection.role == Role::flow ? 1 : 9) * s.n_vertices * sizeof(double),
                             memory_slots);
@@ -410,7 +414,7 @@ Order Participant::next() {
       header.fields == 0 ? PayloadView{} : view_payload(header, s.payload(header));
   const bool complete = s.connection.role == Role::flow
                             ? !view.position.empty() && !view.velocity.empty()
-                            : !view.overpressure.empty();
+                            : !view.overpressure.empty() || (s.takes_force && !view.force.empty());
   if (header.idle ? header.fields != 0 : !complete || header.n_vertices != s.n_vertices)
     throw s.error(fmt::format("STEP for window {} lacks what the {} side needs", header.window,
                               to_word(s.connection.role)));
@@ -425,6 +429,7 @@ Order Participant::next() {
   order.position = view.position;
   order.velocity = view.velocity;
   order.overpressure = view.overpressure;
+  order.force = view.force;
   s.owes_result = true;
   return order;
 }

@@ -69,6 +69,9 @@ struct Order {
   std::span<const double> position;      ///< flow: [n,3] predicted at t_end, m
   std::span<const double> velocity;      ///< flow: [n,3] predicted at t_end, m/s
   std::span<const double> overpressure;  ///< solid: [n] at t_end, Pa
+  /// Solid that takes forces, where the flow has an interface mesh of its own: [n,3] at t_end, N,
+  /// instead of overpressure.
+  std::span<const double> force;
   std::filesystem::path checkpoint;      ///< kind checkpoint: directory to write to (exists)
 };
 
@@ -99,7 +102,8 @@ struct InitialMotion {
 
 /// One side of a coupled run. Every wait has a deadline; a lost or silent coupler ends in LinkError
 /// that says who, when, in which window, and why.
-/// Order of calls: construct; solid: send_mesh; flow: receive_mesh; ready; then next() and, for each
+/// Order of calls: construct; solid: send_mesh; flow: receive_mesh and, where it has an interface mesh
+/// of its own, send_mesh; ready; then next() and, for each
 /// step order, send(report), for each checkpoint order, checkpoint_written(); after finish, goodbye().
 class Participant {
  public:
@@ -108,8 +112,12 @@ class Participant {
   Participant(Participant&&) noexcept;
   Participant& operator=(Participant&&) noexcept;
 
-  void send_mesh(const InterfaceMesh& mesh);              ///< solid
+  /// Solid: its wet surface. Flow: a mesh of its own for the same surface, after receive_mesh; motion
+  /// and load are then given on it, and the coupler maps between both.
+  void send_mesh(const InterfaceMesh& mesh);
   [[nodiscard]] InterfaceMesh receive_mesh();             ///< flow
+  /// Solid, before ready: orders may carry forces at the vertices instead of overpressure.
+  void take_forces();
   /// Set-up is done: own stable step [s], and the window and time it resumed at (0, 0.0 when fresh).
   /// The stable step is positive and finite, here and in each report.
   void ready(double stable_step, std::uint64_t window = 0, double time = 0.0,

@@ -58,6 +58,7 @@ PayloadView view_payload(const Header& header, std::span<const std::byte> bytes)
   view.velocity = take(field::velocity, 3 * n);
   view.acceleration = take(field::acceleration, 3 * n);
   view.overpressure = take(field::overpressure, n);
+  view.force = take(field::force, 3 * n);
   return view;
 }
 
@@ -69,10 +70,11 @@ namespace {
     std::span<const double> values;
     std::size_t components;
   };
-  const std::array<Named, 4> parts{{{"position", view.position, 3},
+  const std::array<Named, 5> parts{{{"position", view.position, 3},
                                     {"velocity", view.velocity, 3},
                                     {"acceleration", view.acceleration, 3},
-                                    {"overpressure", view.overpressure, 1}}};
+                                    {"overpressure", view.overpressure, 1},
+                                    {"force", view.force, 3}}};
   for (const auto& part : parts) {
     const std::size_t at = first_not_finite(part.values);
     if (at == part.values.size()) continue;

@@ -24,6 +24,7 @@ struct PayloadView {
   std::span<const double> velocity;
   std::span<const double> acceleration;
   std::span<const double> overpressure;
+  std::span<const double> force;
 };
 /// Precondition: bytes.size() == payload_bytes_expected(header), data aligned to 8 bytes, no mesh.
 [[nodiscard]] PayloadView view_payload(const Header& header, std::span<const std::byte> bytes);

@@ -233,8 +233,9 @@ void read_bodies(Section& flow, FlowCase& result) {
     table.text("name", body.name, {.required = true, .help = "name in outputs"});
     table.choice("motion", body.motion, motions,
                  {.required = true, .help = "free: the gas carries it; coupled: the solid sends the surface and moves it"});
-    if (body.motion != BodyMotion::coupled || table.listing())
-      table.file("surface", body.surface, {.required = !table.listing(), .help = "mesh file with the surface"});
+    table.file("surface", body.surface,
+               {.required = !table.listing() && body.motion != BodyMotion::coupled,
+                .help = "mesh file with the surface; coupled: instead of the solid's own"});
     table.choice("slip", body.slip, slips, {.help = "wall condition of the velocity"});
     table.real("wall_temperature_K", body.wall_temperature,
                {.unit = "K", .min = 0.0, .help = "0: adiabatic"});

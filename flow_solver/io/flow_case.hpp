@@ -43,7 +43,7 @@ struct PistonCase {
 
 struct BodyCase {
   std::string name;
-  std::filesystem::path surface;  ///< empty for a coupled body: the solid sends its surface
+  std::filesystem::path surface;  ///< may be empty for a coupled body: then the solid's own
   BodyMotion motion = BodyMotion::fixed;
   RigidPath path;
   FreeBodyCase free;

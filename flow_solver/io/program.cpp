@@ -8,6 +8,7 @@
 #include "coupler/base/errors.hpp"
 #include "coupler/base/log.hpp"
 #include "coupler/base/version.hpp"
+#include "flow_solver/io/body_surface.hpp"
 #include "flow_solver/io/run.hpp"
 
 namespace ocublast::flow {
@@ -59,7 +60,14 @@ bool run(const CommandLine& line) {
   link::Participant coupler(link::connection_from_environment(
       link::Role::flow, fmt::format("flow_solver {}", version_text), reader.hash()));
   coupler.guard([&] {
-    const auto surface = coupler.receive_mesh();
+    auto surface = coupler.receive_mesh();
+    for (const BodyCase& body : flow_case.bodies) {
+      if (body.motion != BodyMotion::coupled || body.surface.empty()) continue;
+      const BodySurface own = read_body_surface(body.surface);
+      surface.vertices = own.vertices;
+      surface.triangles = own.triangles;
+      coupler.send_mesh(surface);
+    }
     FlowRun flow_run(std::move(flow_case), line, log, &surface);
     flow_run.run_coupled(coupler);
   });

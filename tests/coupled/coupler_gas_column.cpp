@@ -89,6 +89,7 @@ void Column::step(double dt, double s_begin, double s_end, const Wall& target, d
 struct Keys {
   std::int64_t cells = 32;
   double cfl = 0.8;
+  std::int64_t vertices = 0;  ///< of a mesh of its own along an edge; 0: the solid's mesh
   toy::Fault fault;
 };
 
@@ -127,6 +128,7 @@ ocublast::link::Report advance(Column& column, const Order& order, const Keys& k
 
 void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& line, const Keys& keys) {
   static_cast<void>(coupler.receive_mesh());
+  if (keys.vertices > 0) coupler.send_mesh(toy::make_face(keys.vertices));
   keys.fault.happen(0);
   Column column(keys.cells);
   std::uint64_t window = 0;
@@ -170,6 +172,7 @@ int run(const ocublast::CommandLine& line) {
   Keys keys;
   section.integer("cells", keys.cells, {.min = 2, .help = "cells"});
   section.real("cfl", keys.cfl, {.unit = "1", .min = 0.0, .above_min = true, .help = "Courant number"});
+  section.integer("own_vertices", keys.vertices, {.min = 0, .help = "vertices along an edge of a mesh of its own"});
   keys.fault.declare(section);
   keys.fault.from_environment("OCU_TOY_FAULT_FLOW");
   reader.finish();

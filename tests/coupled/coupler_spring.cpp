@@ -13,6 +13,8 @@ using ocublast::link::Order;
 struct Keys {
   double mass = 5.0;
   double stable_step = 0.01;
+  bool takes_force = false;
+  bool scattered = false;
   std::int64_t vertices = 2;
   toy::Fault fault;
 };
@@ -69,9 +71,11 @@ void fill(std::span<double> x, std::span<double> v, const ocublast::link::Interf
 }
 
 void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& line, const Keys& keys) {
-  const auto mesh = toy::make_face(keys.vertices);
+  auto mesh = toy::make_face(keys.vertices);
+  if (keys.scattered) mesh.triangles.clear();
   keys.fault.happen(0);
   coupler.send_mesh(mesh);
+  if (keys.takes_force) coupler.take_forces();
   Piston piston;
   std::uint64_t window = 0;
   if (!line.resume.empty()) {
@@ -108,6 +112,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
     double p = 0.0;
     for (const double value : order.overpressure) p += value;
     if (!order.overpressure.empty()) p /= static_cast<double>(order.overpressure.size());
+    for (std::size_t i = 0; i < order.force.size(); i += 3) p += order.force[i];  // on a face of 1 m^2
     if (order.iteration == 1) begin_of_window = piston;
     if (order.iteration > 1) piston = begin_of_window;
     window = order.window;
@@ -150,6 +155,8 @@ int run(const ocublast::CommandLine& line) {
   section.real("mass_kg_m2", keys.mass, {.unit = "kg/m^2", .min = 0.0, .above_min = true, .help = "piston"});
   section.real("stable_step_s", keys.stable_step, {.unit = "s", .min = 0.0, .above_min = true, .help = "step"});
   section.integer("vertices", keys.vertices, {.min = 2, .help = "vertices along an edge of the face"});
+  section.flag("takes_force", keys.takes_force, "takes forces where the flow has another mesh");
+  section.flag("scattered", keys.scattered, "its mesh has no triangles");
   keys.fault.declare(section);
   keys.fault.from_environment("OCU_TOY_FAULT_SOLID");
   reader.finish();
