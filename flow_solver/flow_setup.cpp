@@ -352,13 +352,14 @@ std::string_view Flow::instruction_set() const {
   return std::string_view(core_->kernels->name).substr(4);
 }
 
+static_assert(artificial_pressure_field == field_bulk);
 FieldsView<double> Flow::primitives() {
   const Block& b = core_->ctx.W;
-  return {b.data, b.sf, b.sj, b.sk};
+  return {b.data, b.sf, b.sj, b.sk, core_->ctx.bulk};
 }
 FieldsView<const double> Flow::primitives() const {
   const Block& b = core_->ctx.W;
-  return {b.data, b.sf, b.sj, b.sk};
+  return {b.data, b.sf, b.sj, b.sk, core_->ctx.bulk};
 }
 FieldsView<const double> Flow::conserved() const {
   const Block& b = core_->ctx.Q;

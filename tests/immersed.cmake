@@ -8,11 +8,11 @@ ocublast_test(NAME test_immersed_rigid LABEL unit SOURCES unit/immersed_rigid.cp
 ocublast_test(NAME test_immersed_speed LABEL verification SOURCES verification/immersed_speed.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
 if(TARGET ocublast_flow_step)
-  foreach(name shock wedge motion free bodies)
+  foreach(name shock wedge impulse motion free bodies)
     ocublast_test(NAME test_immersed_${name} LABEL verification TIMEOUT 120
       SOURCES verification/immersed_${name}.cpp LIBRARIES ocublast_flow_step)
   endforeach()
-  foreach(name wedge)
+  foreach(name wedge impulse)
     ocublast_test(NAME test_immersed_${name}_long LABEL verification TIMEOUT 600 LONG
       SOURCES verification/immersed_${name}.cpp LIBRARIES ocublast_flow_step)
     target_compile_definitions(test_immersed_${name}_long PRIVATE OCU_LONG_TESTS)

@@ -84,6 +84,17 @@ class FluidNodes {
 [[nodiscard]] Sample sample(const Stencil& stencil, FieldsView<const double> W,
                             const Gas& gas) noexcept;
 
+/// Momentum [Pa] that goes along `normal` through the place of a stencil beside the pressure, seen from
+/// a wall moving with `velocity`: rho u_n^2 and the scheme's artificial pressure where W carries it.
+/// Falls with the square of the distance from the wall in smooth flow. While a shock is reflected it
+/// holds what the gas between the nodes and the wall takes up and gives back: without it the wall
+/// misses the pressure of the time that the shock needs from the wall to the nodes and back, an error
+/// of first order in the impulse. At most what makes the pressure that of gas stopped by a shock, so
+/// that no reading exceeds a reflection's; none where the gas leaves the wall.
+[[nodiscard]] double momentum_transport(const Stencil& stencil, FieldsView<const double> W,
+                                        const Vec3& velocity, const Vec3& normal,
+                                        const Gas& gas) noexcept;
+
 /// State and motion of the wall at a foot.
 struct WallState {
   Vec3 velocity;              ///< m/s

@@ -24,14 +24,16 @@ struct Wall {
   WallState state;
 };
 
-/// Weighted mean of p (corrected to the wall) and the impedance.
+/// Weighted mean of the pressure at the wall and the impedance.
 struct Reading {
   double p = 0.0;
   double impedance = 0.0;
   double added_mass = 0.0;
   double weight = 0.0;
-  void add(double w, const Sample& s, double distance, const Wall& wall, const Gas& gas) {
-    p += w * pressure_towards_wall(wall.foot, s, wall.state, distance, gas);
+  /// `transport`: momentum beside the pressure that goes through the place of the sample, Pa.
+  void add(double w, const Sample& s, double transport, double distance, const Wall& wall,
+           const Gas& gas) {
+    p += w * (pressure_towards_wall(wall.foot, s, wall.state, distance, gas) + transport);
     const double rho = density(gas, s.p, s.T);
     impedance += w * rho * sound_speed(gas, s.T);
     added_mass += w * rho * distance;
@@ -55,13 +57,20 @@ class Reader {
       const Vec3 probe = point + n * probe_step * h * normal;
       if (nodes_.weigh(probe, point, normal, nullptr, least_share, s) < least_share) continue;
       reading = {};
-      reading.add(1.0, sample(s, W_, gas_), s.distance, wall, gas_);
+      add(1.0, s, s.distance, wall, reading);
       return reading;
     }
     return nearest(wall);
   }
 
  private:
+  void add(double w, const Stencil& stencil, double distance, const Wall& wall,
+           Reading& reading) const {
+    reading.add(w, sample(stencil, W_, gas_),
+                momentum_transport(stencil, W_, wall.state.velocity, wall.foot.normal, gas_),
+                distance, wall, gas_);
+  }
+
   /// Corners of the cell around the point, those behind the wall at their mirror images.
   [[nodiscard]] Reading around(const Wall& wall) const {
     const Vec3& point = wall.foot.point;
@@ -75,7 +84,7 @@ class Reader {
             : nullptr;
     const double share = nodes_.weigh(point, point, normal, from, 0.0, front);
     if (share > 0.0) {
-      reading.add(share, sample(front, W_, gas_), front.distance, wall, gas_);
+      add(share, front, front.distance, wall, reading);
     }
     const NodeIndex base = nodes_.cell(point);
     for (unsigned corner = 0; corner < 8; ++corner) {
@@ -102,7 +111,7 @@ class Reader {
           least_share) {
         continue;
       }
-      reading.add(weight, sample(image, W_, gas_), image.distance, wall, gas_);
+      add(weight, image, image.distance, wall, reading);
     }
     if (reading.weight > 0.0) {
       reading.p /= reading.weight;
@@ -148,7 +157,7 @@ class Reader {
     if (best2[taken] == HUGE_VAL) return reading;
     Stencil s{.base = best[taken]};
     s.weight[0] = 1.0;
-    reading.add(1.0, sample(s, W_, gas_), 0.0, wall, gas_);
+    add(1.0, s, 0.0, wall, reading);
     return reading;
   }
 

@@ -182,7 +182,7 @@ TEST(ImmersedFreeCylinder, IsLiftedByAShock) {
     EXPECT_NEAR(l.middle[0], .36, .01);
     EXPECT_NEAR(l.last[0], .66, .03);
     EXPECT_NEAR(l.last[1], .15, .012);
-    EXPECT_LT(std::abs(l.momentum), .04);
+    EXPECT_LT(std::abs(l.momentum), .02);
     EXPECT_LT(std::abs(l.leak), 5e-3);
   }
 }
