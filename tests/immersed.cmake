@@ -8,7 +8,7 @@ ocublast_test(NAME test_immersed_rigid LABEL unit SOURCES unit/immersed_rigid.cp
 ocublast_test(NAME test_immersed_speed LABEL verification SOURCES verification/immersed_speed.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
 if(TARGET ocublast_flow_step)
-  foreach(name shock wedge impulse motion free bodies)
+  foreach(name shock wedge impulse viscous motion free bodies)
     ocublast_test(NAME test_immersed_${name} LABEL verification TIMEOUT 120
       SOURCES verification/immersed_${name}.cpp LIBRARIES ocublast_flow_step)
   endforeach()

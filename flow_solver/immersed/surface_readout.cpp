@@ -255,6 +255,20 @@ Value wall_slope(const Value& f1, double d1, const Value& f2, double d2) {
   return (d2 / (d1 * (d2 - d1))) * f1 - (d1 / (d2 * (d2 - d1))) * f2;
 }
 
+/// Tangential part of grad u . n at a wall without slip: how its own normal velocity varies along it.
+/// Belongs to the stress of a turning or deforming wall beside the slope of the gas's velocity.
+Vec3 wall_gradient(const BodyState& s, std::int32_t f) {
+  const Corners& v = s.topology.facet[f];
+  const Vec3& normal = s.geometry.normal[f];
+  Vec3 sum;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Vec3 opposite = s.vertex(v[(c + 2) % 3]) - s.vertex(v[(c + 1) % 3]);
+    const double u_n = dot(row(s.velocity, v[c]), normal);
+    sum = sum + (0.5 * u_n / s.geometry.area[f]) * cross(normal, opposite);
+  }
+  return sum;
+}
+
 /// Shear traction and heat flux at a facet, where gas lies within two spacings in front of it.
 void read_friction(const ReadOut& read, const BodyState& s, const Wall& wall, FacetReading& reading) {
   const Vec3& point = wall.foot.point;
@@ -284,6 +298,7 @@ void read_friction(const ReadOut& read, const BodyState& s, const Wall& wall, Fa
   const double mu = viscosity(read.transport, T_wall > 0.0 ? T_wall : first.T);
   const double cp = read.gas.gas_constant * read.gas.heat_capacity_ratio /
                     (read.gas.heat_capacity_ratio - 1.0);
+  if (!s.at_rest) slope = slope + wall_gradient(s, wall.foot.facet);
   reading.shear = mu * slope;
   reading.heat = mu * cp / read.transport.prandtl * heat_slope;
 }

@@ -134,6 +134,32 @@ inline BodySurface make_cylinder(double x, double y, double radius, int sides) {
   return make_prism(polygon, -1.0, 2.0);
 }
 
+/// Cylinder with a round hole through it, along z.
+inline BodySurface make_ring(double x, double y, double inner, double outer, int sides) {
+  BodySurface s;
+  for (const double z : {-1.0, 2.0}) {
+    for (const double radius : {inner, outer}) {
+      for (int n = 0; n < sides; ++n) {
+        const double angle = 2.0 * std::numbers::pi * n / sides;
+        s.vertices.insert(s.vertices.end(), {x + radius * std::cos(angle), y + radius * std::sin(angle), z});
+      }
+    }
+  }
+  // Circles 0 and 1 below (inner, outer), 2 and 3 above; a band joins two of them.
+  const auto band = [&](int from, int to) {
+    for (int n = 0; n < sides; ++n) {
+      const auto at = [&](int circle, int m) { return static_cast<std::int32_t>(circle * sides + m % sides); };
+      s.triangles.insert(s.triangles.end(), {at(from, n), at(from, n + 1), at(to, n + 1)});
+      s.triangles.insert(s.triangles.end(), {at(from, n), at(to, n + 1), at(to, n)});
+    }
+  };
+  band(1, 3);
+  band(3, 2);
+  band(2, 0);
+  band(0, 1);
+  return s;
+}
+
 /// A set of fields of its own, rows of all fields side by side.
 class Fields {
  public:
