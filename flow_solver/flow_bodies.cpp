@@ -186,6 +186,9 @@ void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
   c.prepared = false;
   c.set_masks_without_bodies();
   if (!c.bodies) return;
+  if (c.ranks) {
+    throw CaseError("flow.body: bodies run on one rank; start the flow solver without mpirun (threads share its work)");
+  }
   if (c.radial.power > 0) throw CaseError("flow.body: bodies need flow.grid.geometry = \"cartesian\"");
   if (c.ctx.nodal_stress) {
     // Cut lines form their stress from velocity gradients.

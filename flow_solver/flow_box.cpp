@@ -26,18 +26,9 @@ void Flow::Core::set_box(const std::array<int, 3>& new_lo, const std::array<int,
     lo[a] = new_lo[a];
     hi[a] = new_hi[a];
     if (lo[a] == 0 && hi[a] == grid.axis[a].n) continue;
+    // A periodic direction is never shortened.
     const auto end = [&](std::size_t face, bool inner) {
-      if (inner) return LineEnd::ghosted;
-      switch (boundaries[face].kind) {
-        case BoundaryKind::symmetry: return LineEnd::mirrored_slip;
-        case BoundaryKind::wall: return LineEnd::held_wall;
-        case BoundaryKind::periodic:
-        case BoundaryKind::outflow:
-        case BoundaryKind::fixed_state:
-        case BoundaryKind::subsonic_inflow:
-        case BoundaryKind::reservoir: break;
-      }
-      return LineEnd::ghosted;
+      return inner ? LineEnd::ghosted : line_end(boundaries[face].kind);
     };
     box_table[a] = make_line_table(hi[a] - lo[a], end(2 * a, lo[a] > 0),
                                    end(2 * a + 1, hi[a] < grid.axis[a].n), scheme);
@@ -120,7 +111,8 @@ bool Flow::Core::face_disturbs(std::size_t face) const {
     case BoundaryKind::reservoir: return b.incoming != nullptr || !quiet;
     case BoundaryKind::wall: return b.wall.temperature > 0.0 || b.wall.velocity != std::array<double, 3>{};
     case BoundaryKind::symmetry:
-    case BoundaryKind::periodic: break;
+    case BoundaryKind::periodic:
+    case BoundaryKind::neighbour: break;
   }
   return false;
 }

@@ -4,7 +4,9 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "flow_solver/boundary/domain_ghosts.hpp"
@@ -14,12 +16,16 @@
 #include "flow_solver/numerics/muscl.hpp"
 #include "flow_solver/numerics/radial.hpp"
 #include "flow_solver/pass_clock.hpp"
+#include "flow_solver/ranks/rank_flow.hpp"
 #include "flow_solver/step.hpp"
 
 namespace ocublast::flow {
 
 /// A pressure ratio in the whole field above this is a fresh charge.
 inline constexpr double fresh_ratio = 100.0;
+
+/// How the lines that meet a face of this kind end.
+[[nodiscard]] LineEnd line_end(BoundaryKind kind);
 
 /// The fluid node at a wall end. Its neighbour beyond the wall is another side's gas or a body node;
 /// the dilatation there takes the wall end's ghost instead.
@@ -37,9 +43,10 @@ struct SegmentBatches {
 };
 
 struct Flow::Core {
-  Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& options_in);
+  Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& options_in, const Ranks* all_ranks);
 
-  Grid grid;
+  std::unique_ptr<RankFlow> ranks;  ///< null: this process has the whole grid
+  Grid grid;                        ///< of this rank, as everything below
   Boundaries boundaries;
   FlowOptions options;
   const Kernels* kernels = nullptr;
@@ -97,6 +104,7 @@ struct Flow::Core {
   void correct_bulk(int k);
 
   void store_state(int i, int j, int k, const State& s);
+  [[nodiscard]] FieldsView<double> view_of(const Block& block, bool with_bulk) const;
   void fill_padding();
   /// Domain ghosts of the primitives at the time `now`.
   void fill_ghosts();
@@ -104,11 +112,28 @@ struct Flow::Core {
   /// Whether the sweeps fill the x and y ghosts plane by plane, while the plane is in the cache: not
   /// where something else needs them before.
   [[nodiscard]] bool ghosts_with_planes() const {
-    return !bodies && !ctx.nodal_stress && muscl == nullptr && box.n[2] > 1;
+    return !bodies && !ctx.nodal_stress && muscl == nullptr && box.n[2] > 1 && !ranks;
   }
   double now = 0.0;  ///< s, of the state in W
   void set_time(double t);
-  void fill_scalar(const Block& block, int field);
+  /// Ghosts of scalar fields; `use` says how far, where they are another rank's nodes.
+  void fill_scalars(const Block& block, std::span<const int> fields, ScalarGhosts use);
+  /// Raises the maxima of this rank to those of all.
+  void share_maxima();
+  // Under ranks (flow_ranks.cpp).
+  /// Takes this rank's block as the grid.
+  void set_ranks(const Ranks& all_ranks);
+  void set_known_ends();
+  /// All ghosts of the primitives; does `meanwhile` while they travel, if they travel all at once.
+  void fill_ghosts_on_ranks(const std::function<void()>& meanwhile);
+  [[nodiscard]] long run_stage_on_ranks();
+  [[nodiscard]] long finish_on_ranks();
+  /// This rank's part of the border sums across the axis, of the fluxes or of the filter.
+  void sum_borders(const std::array<std::unique_ptr<BorderSums>, 3>& sums, int axis);
+  /// Marks beyond the borders, and q^n there, where any rank has marks.
+  void share_marks();
+  void mark_beyond_borders();
+  bool bulk_is_ready = false;  ///< the sweeps need not form it
   /// Calls body(scratch, plane k, rows j0, j1) for all rows of the box, in blocks of rows over all planes.
   [[nodiscard]] int rows_per_block() const;
   template <class Body>
@@ -152,6 +177,8 @@ struct Flow::Core {
   }
   [[nodiscard]] long run_stage();
   void sweep_planes();
+  /// Nodal stress of all planes.
+  void compute_stress();
   void sweep_one_plane();
   /// x and y sweeps where there is only one plane: threads share its lines.
   void sweep_lines_of_plane();
@@ -162,6 +189,8 @@ struct Flow::Core {
   void restore();
   std::size_t repair_failures(bool final_state);
   [[noreturn]] void throw_failure(double t, double dt) const;
+  /// Throws for the first failed node of this rank, if there is one.
+  void throw_own_failure(double t, double dt) const;
 };
 
 }  // namespace ocublast::flow

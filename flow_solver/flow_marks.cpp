@@ -15,6 +15,8 @@ namespace {
 // Steps that a mark lives: one for a premark, three after a failure (shorter ones fail again).
 constexpr std::uint8_t premark_life = 1;
 constexpr std::uint8_t failure_life = 3;
+// Value of `failed` at a node that marks its neighbours too.
+constexpr std::uint8_t spreads = 2;
 
 }  // namespace
 
@@ -93,21 +95,24 @@ void Flow::Core::premark(StepReport&) {
     }
     ctx.any_mark = true;
   }
-  if (ctx.any_mark) set_line_marks();
+  if (ranks ? ranks->ranks().any_of_all(ctx.any_mark) : ctx.any_mark) set_line_marks();
 }
 
 void Flow::Core::mark_failures(bool with_neighbours) {
   const int n0 = ctx.n[0], n1 = ctx.n[1], n2 = ctx.n[2];
   const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(ctx.tiles) * tile_width;
   const auto at = [&](int i, int j, int k) { return static_cast<std::size_t>((k * n1 + j) * row + i); };
+  // A node that fails although marked suffers from its neighbours' fluxes. Which nodes spread is settled
+  // before any mark is set: it must not depend on the order of nodes or blocks.
+  for (std::size_t m = 0; m < failed.size(); ++m) {
+    if (failed[m] != 0 && (with_neighbours || mark[m] != 0)) failed[m] = spreads;
+  }
   for (int k = 0; k < n2; ++k) {
     for (int j = 0; j < n1; ++j) {
       for (int i = 0; i < n0; ++i) {
         if (failed[at(i, j, k)] == 0) continue;
-        // A node that fails although marked suffers from its neighbours' fluxes.
-        const bool spread = with_neighbours || mark[at(i, j, k)] != 0;
         mark[at(i, j, k)] = failure_life;
-        if (!spread) continue;
+        if (failed[at(i, j, k)] != spreads) continue;
         for (int axis = 0; axis < 3; ++axis) {
           for (int side = -1; side <= 1; side += 2) {
             const int x[3] = {i + (axis == 0 ? side : 0), j + (axis == 1 ? side : 0), k + (axis == 2 ? side : 0)};
@@ -118,9 +123,33 @@ void Flow::Core::mark_failures(bool with_neighbours) {
       }
     }
   }
+  if (ranks) mark_beyond_borders();
   std::fill(failed.begin(), failed.end(), std::uint8_t{0});
   ctx.any_mark = true;
   set_line_marks();
+}
+
+/// Border nodes whose neighbours on other ranks failed and spread.
+void Flow::Core::mark_beyond_borders() {
+  const RankFlow::EndBits& bits =
+      ranks->exchange_bits([&](int i, int j, int k) { return failed[mark_index(i, j, k)] == spreads; });
+  for (int axis = 0; axis < 3; ++axis) {
+    const int b_axis = axis == 0 ? 1 : 0, c_axis = axis == 2 ? 1 : 2;
+    const int groups = (ctx.n[b_axis] + tile_width - 1) / tile_width;
+    for (int side = 0; side < 2; ++side) {
+      const auto& of_end = bits[static_cast<std::size_t>(axis)][static_cast<std::size_t>(side)];
+      int at[3] = {};
+      at[axis] = side == 0 ? 0 : ctx.n[axis] - 1;
+      for (std::size_t g = 0; g < of_end.size(); ++g) {
+        for (int l = 0; l < tile_width; ++l) {
+          if (((of_end[g] >> l) & 1u) == 0) continue;
+          at[b_axis] = static_cast<int>(g) % groups * tile_width + l;
+          at[c_axis] = static_cast<int>(g) / groups;
+          mark[mark_index(at[0], at[1], at[2])] = failure_life;
+        }
+      }
+    }
+  }
 }
 
 void Flow::Core::set_line_marks() {
@@ -142,6 +171,7 @@ void Flow::Core::set_line_marks() {
       }
     }
   }
+  if (ranks) share_marks();
 }
 
 std::size_t Flow::Core::count_marks() const {
@@ -184,7 +214,16 @@ std::size_t Flow::Core::repair_failures(bool final_state) {
 }
 
 void Flow::Core::throw_failure(double t, double dt) const {
+  if (ranks) {
+    ranks->ranks().together([&] { throw_own_failure(t, dt); });  // throws: some rank has failed nodes
+  }
+  throw_own_failure(t, dt);
+  throw NumericsError("flow: a step fails without a failed node");
+}
+
+void Flow::Core::throw_own_failure(double t, double dt) const {
   const auto bad = std::find_if(failed.begin(), failed.end(), [](std::uint8_t f) { return f != 0; });
+  if (bad == failed.end()) return;
   const auto at = static_cast<std::ptrdiff_t>(bad - failed.begin());
   const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(ctx.tiles) * tile_width;
   const int i = static_cast<int>(at % row), j = static_cast<int>(at / row % ctx.n[1]),
@@ -193,11 +232,12 @@ void Flow::Core::throw_failure(double t, double dt) const {
   for (int v = 0; v < 5; ++v) q[v] = ctx.Q.data[v * ctx.Q.sf + i + j * ctx.Q.sj + k * ctx.Q.sk];
   const double p = (options.gas.heat_capacity_ratio - 1.0) *
                    (q[4] - 0.5 * (q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) / q[0]);
+  const std::array<int, 3> first = ranks ? ranks->part.begin : std::array<int, 3>{};
   throw NumericsError(fmt::format(
       "flow: the step from t = {:.9e} s by {:.3e} s fails at cell ({}, {}, {}), position ({:.6g}, {:.6g}, {:.6g}) m, "
       "also with first-order fluxes there; state before: density {:.6g} kg/m^3, velocity ({:.6g}, {:.6g}, "
       "{:.6g}) m/s, pressure {:.6g} Pa. Try a smaller flow.cfl, a finer grid at the charge, or floors",
-      t, dt, i, j, k, grid.axis[0].x(i), grid.axis[1].x(j), grid.axis[2].x(k), q[0], q[1] / q[0], q[2] / q[0],
+      t, dt, i + first[0], j + first[1], k + first[2], grid.axis[0].x(i), grid.axis[1].x(j), grid.axis[2].x(k), q[0], q[1] / q[0], q[2] / q[0],
       q[3] / q[0], p));
 }
 

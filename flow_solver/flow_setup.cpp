@@ -61,19 +61,6 @@ KernelSet choose_kernels(const std::string& wanted) {
 constexpr double nodal_radius = 3.2;
 constexpr double nodal_radius_at_walls = 5.8;
 
-LineEnd line_end(BoundaryKind kind) {
-  switch (kind) {
-    case BoundaryKind::symmetry: return LineEnd::mirrored_slip;
-    case BoundaryKind::wall: return LineEnd::held_wall;
-    case BoundaryKind::periodic: return LineEnd::periodic;
-    case BoundaryKind::outflow:
-    case BoundaryKind::fixed_state:
-    case BoundaryKind::subsonic_inflow:
-    case BoundaryKind::reservoir: break;
-  }
-  return LineEnd::ghosted;
-}
-
 LaneEnd lane_end(const Boundary& b) {
   if (b.kind == BoundaryKind::symmetry) return LaneEnd::mirrored_slip;
   if (b.kind == BoundaryKind::wall) return b.wall.slip ? LaneEnd::held_slip_wall : LaneEnd::held_wall;
@@ -114,7 +101,21 @@ void set_view(LineView& view, const LineTable& t) {
 
 }  // namespace
 
-Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& options_in)
+LineEnd line_end(BoundaryKind kind) {
+  switch (kind) {
+    case BoundaryKind::symmetry: return LineEnd::mirrored_slip;
+    case BoundaryKind::wall: return LineEnd::held_wall;
+    case BoundaryKind::periodic: return LineEnd::periodic;
+    case BoundaryKind::neighbour: return LineEnd::known;
+    case BoundaryKind::outflow:
+    case BoundaryKind::fixed_state:
+    case BoundaryKind::subsonic_inflow:
+    case BoundaryKind::reservoir: break;
+  }
+  return LineEnd::ghosted;
+}
+
+Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& options_in, const Ranks* all_ranks)
     : grid(std::move(grid_in)), boundaries(boundaries_in), options(options_in) {
   if (!grid.axis[0].present) throw CaseError("flow: the x direction must be present");
   for (std::size_t a = 0; a < 3; ++a) {
@@ -125,6 +126,7 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
                                   "xyz"[a]));
     }
   }
+  if (all_ranks != nullptr && !all_ranks->alone()) set_ranks(*all_ranks);
   if (options.threads < 1) options.threads = 1;
   clock.on = options.time_passes;
   const KernelSet set = choose_kernels(options.instruction_set);
@@ -147,8 +149,9 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
   ctx.nodal_stress = nodal_stress;
   W = FieldMemory(grid, nodal_stress ? n_stage_fields : n_stage_fields - 1, true);
   R = FieldMemory(grid, n_primitive, true);
-  Q = FieldMemory(grid, n_primitive, false);
-  A = FieldMemory(grid, n_primitive, false);
+  // Beyond the borders between ranks lie the neighbours' states.
+  Q = FieldMemory(grid, n_primitive, ranks != nullptr);
+  A = FieldMemory(grid, n_primitive, ranks != nullptr);
   if (nodal_stress) G = FieldMemory(grid, n_stresses, true);
   set_tables();
   set_context();
@@ -232,7 +235,8 @@ void Flow::Core::set_context() {
     view.filter_inverse_jacobian = view.inverse_jacobian;
     view.low = lane_end(boundaries[2 * a]);
     view.high = lane_end(boundaries[2 * a + 1]);
-    const bool walled = boundaries[2 * a].kind == BoundaryKind::wall || boundaries[2 * a + 1].kind == BoundaryKind::wall;
+    const Boundaries& ends = ranks ? ranks->part.whole_boundaries : boundaries;
+    const bool walled = ends[2 * a].kind == BoundaryKind::wall || ends[2 * a + 1].kind == BoundaryKind::wall;
     ctx.nodal_radius[a] = walled ? nodal_radius_at_walls : nodal_radius;
     view.wall_low = wall_end(boundaries[2 * a], grid.axis[a], true);
     view.wall_high = wall_end(boundaries[2 * a + 1], grid.axis[a], false);
@@ -278,6 +282,7 @@ void Flow::Core::set_context() {
   ctx.stream = grid.n_cells() > 40'000;
   ctx.floor_rho = options.floor_density;
   ctx.floor_p = options.floor_pressure;
+  if (ranks) set_known_ends();
 }
 
 void Flow::Core::set_masks_without_bodies() {
@@ -337,15 +342,31 @@ void Flow::Core::fill_padding() {
   }
 }
 
-Flow::Flow(Grid grid, Boundaries boundaries, const FlowOptions& options)
-    : core_(std::make_unique<Core>(std::move(grid), boundaries, options)) {}
+Flow::Flow(Grid grid, Boundaries boundaries, const FlowOptions& options, const Ranks* ranks)
+    : core_(std::make_unique<Core>(std::move(grid), boundaries, options, ranks)) {}
 Flow::~Flow() = default;
 Flow::Flow(Flow&&) noexcept = default;
 Flow& Flow::operator=(Flow&&) noexcept = default;
 
-const Grid& Flow::grid() const { return core_->grid; }
+const Grid& Flow::grid() const { return core_->ranks ? core_->ranks->part.whole : core_->grid; }
 const FlowOptions& Flow::options() const { return core_->options; }
-const Boundaries& Flow::boundaries() const { return core_->boundaries; }
+const Boundaries& Flow::boundaries() const {
+  return core_->ranks ? core_->ranks->part.whole_boundaries : core_->boundaries;
+}
+
+NodeBox Flow::owned() const {
+  const Core& c = *core_;
+  NodeBox box{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    box.lo[a] = c.ranks ? c.ranks->part.begin[a] : 0;
+    box.hi[a] = box.lo[a] + c.ctx.n[a];
+  }
+  return box;
+}
+
+std::array<int, 3> Flow::rank_blocks() const {
+  return core_->ranks ? core_->ranks->part.blocks.parts : std::array<int, 3>{1, 1, 1};
+}
 
 std::string_view Flow::instruction_set() const {
   // The table carries the name of its namespace, isa_NAME.
@@ -353,39 +374,42 @@ std::string_view Flow::instruction_set() const {
 }
 
 static_assert(artificial_pressure_field == field_bulk);
-FieldsView<double> Flow::primitives() {
-  const Block& b = core_->ctx.W;
-  return {b.data, b.sf, b.sj, b.sk, core_->ctx.bulk};
-}
-FieldsView<const double> Flow::primitives() const {
-  const Block& b = core_->ctx.W;
-  return {b.data, b.sf, b.sj, b.sk, core_->ctx.bulk};
-}
-FieldsView<const double> Flow::conserved() const {
-  const Block& b = core_->ctx.Q;
-  return {b.data, b.sf, b.sj, b.sk};
+FieldsView<double> Flow::Core::view_of(const Block& b, bool with_bulk) const {
+  // Indices are those of the whole grid.
+  const std::array<int, 3> first = ranks ? ranks->part.begin : std::array<int, 3>{};
+  return {b.data - (first[0] + first[1] * b.sj + first[2] * b.sk), b.sf, b.sj, b.sk, with_bulk};
 }
 
+FieldsView<double> Flow::primitives() { return core_->view_of(core_->ctx.W, core_->ctx.bulk); }
+FieldsView<const double> Flow::primitives() const { return core_->view_of(core_->ctx.W, core_->ctx.bulk); }
+FieldsView<double> Flow::conserved() { return core_->view_of(core_->ctx.Q, false); }
+FieldsView<const double> Flow::conserved() const { return core_->view_of(core_->ctx.Q, false); }
+
 void Flow::set_state(const std::function<State(double, double, double)>& state) {
-  const Grid& g = core_->grid;
+  const Grid& g = grid();
   set_state_by_index([&](int i, int j, int k) { return state(g.axis[0].x(i), g.axis[1].x(j), g.axis[2].x(k)); });
 }
 
 void Flow::set_state_by_index(const std::function<State(int, int, int)>& state) {
   Core& c = *core_;
-  for (int k = 0; k < c.ctx.n[2]; ++k) {
-    for (int j = 0; j < c.ctx.n[1]; ++j) {
-      for (int i = 0; i < c.ctx.n[0]; ++i) {
-        const State s = state(i, j, k);
-        if (!(s.rho > 0.0) || !(s.p > 0.0)) {
-          throw CaseError(fmt::format("initial state: density {} kg/m^3, pressure {} Pa at ({}, {}, {}) m; "
-                                      "both must be above 0", s.rho, s.p, c.grid.axis[0].x(i),
-                                      c.grid.axis[1].x(j), c.grid.axis[2].x(k)));
+  const NodeBox own = owned();
+  const auto set_all = [&] {
+    for (int k = 0; k < c.ctx.n[2]; ++k) {
+      for (int j = 0; j < c.ctx.n[1]; ++j) {
+        for (int i = 0; i < c.ctx.n[0]; ++i) {
+          const State s = state(i + own.lo[0], j + own.lo[1], k + own.lo[2]);
+          if (!(s.rho > 0.0) || !(s.p > 0.0)) {
+            throw CaseError(fmt::format("initial state: density {} kg/m^3, pressure {} Pa at ({}, {}, {}) m; "
+                                        "both must be above 0", s.rho, s.p, c.grid.axis[0].x(i),
+                                        c.grid.axis[1].x(j), c.grid.axis[2].x(k)));
+          }
+          c.store_state(i, j, k, s);
         }
-        c.store_state(i, j, k, s);
       }
     }
-  }
+  };
+  if (c.ranks) c.ranks->ranks().together(set_all);
+  else set_all();
   c.fill_padding();
   c.prepared = false;
   c.set_box({0, 0, 0}, {c.ctx.n[0], c.ctx.n[1], c.ctx.n[2]});
@@ -429,6 +453,7 @@ Totals Flow::totals() const {
   for (const auto& p : plane) {
     for (std::size_t f = 0; f < 6; ++f) sum[f] += p[f];
   }
+  if (c.ranks) c.ranks->ranks().sum_of_all(sum);
   return {.volume = sum[5], .mass = sum[0], .momentum = {sum[1], sum[2], sum[3]}, .energy = sum[4]};
 }
 

@@ -6,8 +6,11 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <initializer_list>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -50,11 +53,22 @@ DomainGhosts Flow::Core::domain_ghosts() const {
   return {grid, boundaries, options.gas, now, part, ctx.W};
 }
 
-void Flow::Core::fill_ghosts() { domain_ghosts().fill_all(options.threads); }
+void Flow::Core::fill_ghosts() {
+  if (ranks) fill_ghosts_on_ranks([] {});
+  else domain_ghosts().fill_all(options.threads);
+}
 
-void Flow::Core::fill_scalar(const Block& block, int field) {
+void Flow::Core::fill_scalars(const Block& block, std::span<const int> fields, ScalarGhosts use) {
   const NodeBox part{{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
-  fill_scalar_ghosts(grid, boundaries, part, block, field, options.threads);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int field : fields) fill_scalar_ghosts(grid, boundaries, part, block, field, axis, options.threads);
+    if (!ranks) continue;
+    auto& halos = use == ScalarGhosts::differences ? ranks->theta
+                                                   : (use == ScalarGhosts::average ? ranks->sensors : ranks->kappa);
+    Halo& halo = halos[static_cast<std::size_t>(axis)];
+    halo.start(block);
+    halo.finish(block);
+  }
 }
 
 void Flow::Core::set_time(double t) {
@@ -112,23 +126,31 @@ void Flow::Core::prepare() {
     p_min = std::min(p_min, m.p_min);
   }
   convection = std::max(convection, convection_at_axis());
+  share_maxima();
   diffusion = 0.0;
   ctx.cap = (fresh_charge() ? nu_cap_fresh : nu_cap) * convection / options.cfl;
   box.cap = ctx.cap;
   if (options.artificial_diffusivity || ctx.nodal_stress) {
-    fill_scalar(ctx.R, 0);
-    if (ctx.need_strain) fill_scalar(ctx.R, 3);
+    const auto fields = [&](std::initializer_list<int> always, int strain) {
+      std::vector<int> list = always;
+      if (ctx.need_strain) list.push_back(strain);
+      return list;
+    };
+    fill_scalars(ctx.R, fields({0}, 3), ScalarGhosts::differences);
     // The nine planes of the average pass through the cache several times: by rows that fit.
     for_row_blocks([&](double*, int k, int j0, int j1) { kernels->sensor_rows(box, k, j0, j1); });
-    for (int field : {1, 2, 4}) {
-      if (field != 4 || ctx.need_strain) fill_scalar(ctx.R, field);
-    }
+    fill_scalars(ctx.R, fields({1, 2}, 4), ScalarGhosts::average);
     for_row_blocks([&](double* own, int k, int j0, int j1) {
       kernels->diffusivity_rows(box, own, k, j0, j1, maxima[static_cast<std::size_t>(k)]);
     });
     for (const PlaneMaxima& m : maxima) diffusion = std::max(diffusion, m.diffusion);
-    fill_scalar(ctx.W, field_kappa);
-    if (ctx.nodal_stress) fill_scalar(ctx.W, field_mu);
+    if (ranks) diffusion = ranks->ranks().max_of_all(diffusion);
+    fill_scalars(ctx.W, std::array{static_cast<int>(field_kappa)}, ScalarGhosts::faces);
+    if (ctx.nodal_stress) {
+      // No other rank's mu is read: the fluxes at the borders are known.
+      const NodeBox part{{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
+      for (int axis = 0; axis < 3; ++axis) fill_scalar_ghosts(grid, boundaries, part, ctx.W, field_mu, axis, threads);
+    }
   }
   lap.book(Pass::sensors);
   prepared = true;
@@ -143,7 +165,26 @@ double Flow::stable_step() {
   return std::min(c.options.cfl / c.convection, 1.0 / std::sqrt(wave * wave + decay * decay));
 }
 
+void Flow::Core::compute_stress() {
+  const int n1 = box.n[1], n2 = box.n[2], rows = rows_per_block();
+#pragma omp parallel num_threads(options.threads)
+  {
+    Lap lap(clock);
+    for (int j0 = 0; j0 < n1; j0 += rows) {
+#pragma omp for schedule(static) nowait
+      for (int k = -1; k < n2 + 1; ++k) kernels->stress_rows(box, k, j0, std::min(n1, j0 + rows));
+    }
+    // Every thread closes the planes whose rows it computed.
+#pragma omp for schedule(static)
+    for (int k = -1; k < n2 + 1; ++k) kernels->stress_ends_y(box, k);
+#pragma omp for schedule(static)
+    for (int j = 0; j < n1; ++j) kernels->stress_ends_z(box, j);
+    lap.book(Pass::stress);
+  }
+}
+
 void Flow::Core::sweep_planes() {
+  if (box.nodal_stress && !ranks) compute_stress();
   const auto sweep_x = stage_kernels().sweep_x;
   const int n1 = box.n[1], n2 = box.n[2];
   const DomainGhosts ghosts = domain_ghosts();
@@ -155,20 +196,6 @@ void Flow::Core::sweep_planes() {
     const auto thread = static_cast<std::size_t>(omp_get_thread_num());
     double* own = scratch[thread].data();
     Lap lap(clock);
-    if (box.nodal_stress) {
-      // One plane more at open ends; at the others it is computed and then replaced.
-      const int rows = rows_per_block();
-      for (int j0 = 0; j0 < n1; j0 += rows) {
-#pragma omp for schedule(static) nowait
-        for (int k = -1; k < n2 + 1; ++k) kernels->stress_rows(box, k, j0, std::min(n1, j0 + rows));
-      }
-      // Every thread closes the planes whose rows it computed.
-#pragma omp for schedule(static)
-      for (int k = -1; k < n2 + 1; ++k) kernels->stress_ends_y(box, k);
-#pragma omp for schedule(static)
-      for (int j = 0; j < box.n[1]; ++j) kernels->stress_ends_z(box, j);
-      lap.book(Pass::stress);
-    }
     Context plane = box;
     if (box.present[1]) {
       // The x part of the divergence of one plane stays in the cache until the y part joins it.
@@ -203,7 +230,7 @@ void Flow::Core::sweep_planes() {
           if (g + 1 == box.row_groups) ghosts.fill_y(k + lo[2], false);
           lap.book(Pass::ghosts);
         }
-        if (ctx.bulk && !whole_bulk) {
+        if (ctx.bulk && !whole_bulk && !bulk_is_ready) {
           kernels->bulk_rows(plane, k, j0, j1);
           lap.book(Pass::bulk);
         }
@@ -213,7 +240,7 @@ void Flow::Core::sweep_planes() {
       run(0);
       lap.book(Pass::sweep_x);
       if (box.present[1]) {
-        if (ctx.bulk) kernels->bulk_ghost_rows(plane, k);
+        if (ctx.bulk && !bulk_is_ready) kernels->bulk_ghost_rows(plane, k);
         kernels->sweep_y(plane, own, k, 0, box.tiles);
         run(1);
         lap.book(Pass::sweep_y);
@@ -312,6 +339,7 @@ void Flow::Core::filter_one_plane() {
 
 /// Filter along x and y (z was filtered with the update), then primitives.
 long Flow::Core::finish_planes() {
+  if (ranks) return finish_on_ranks();
   const int n2 = box.n[2];
   const auto& z = segments[2].batch;
   long failures = 0;
@@ -333,6 +361,7 @@ long Flow::Core::finish_planes() {
 }
 
 long Flow::Core::run_stage() {
+  if (ranks) return run_stage_on_ranks();
   if (box.n[2] > 1) sweep_planes();
   else sweep_one_plane();
   Lap lap(clock);
@@ -349,7 +378,7 @@ bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report
     now = t + stage_time[stage] * dt;
     Lap lap(clock);
     if (ghosts_with_planes()) domain_ghosts().fill_all_z(options.threads);
-    else fill_ghosts();
+    else if (!ranks) fill_ghosts();
     if (bodies) {  // only band nodes change, and no stencil reads the domain ghosts beside those
       bodies->move_to(now);
       bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
@@ -409,6 +438,12 @@ StepReport Flow::advance(double t, double dt) {
     c.restore();
   }
   report.marked_nodes = c.count_marks();
+  if (c.ranks && c.ctx.any_mark) {  // the same on all ranks; nothing is floored without marks
+    double counts[2] = {static_cast<double>(report.marked_nodes), static_cast<double>(report.floored_nodes)};
+    c.ranks->ranks().sum_of_all(counts);
+    report.marked_nodes = static_cast<std::size_t>(counts[0]);
+    report.floored_nodes = static_cast<std::size_t>(counts[1]);
+  }
   report.active_share = static_cast<double>(c.box.n[0]) * c.box.n[1] * c.box.n[2] /
                         static_cast<double>(c.grid.n_cells());
   std::swap(c.Q, c.A);

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "coupler/base/ranks.hpp"
 #include "flow_solver/boundary/boundary.hpp"
 #include "flow_solver/gas/gas.hpp"
 #include "flow_solver/grid/fields.hpp"
@@ -75,6 +76,7 @@ struct FlowOptions {
   double active_tolerance = 1e-9;              ///< relative difference that counts as disturbed
   int active_margin = 16;                      ///< nodes between a disturbed one and the box's faces
   int threads = 1;
+  std::array<int, 3> rank_blocks{};            ///< blocks along x, y, z under ranks; 0: the least area between them
   bool time_passes = false;                    ///< take the processor time of the parts of a step
   std::string instruction_set;                 ///< "", "baseline", "avx2", "avx512"; "": best present
 };
@@ -110,13 +112,21 @@ struct CheckpointPart {
 /// All memory is taken by the constructor.
 class Flow {
  public:
-  /// Throws CaseError for boundaries that do not fit (one periodic face without its partner).
-  Flow(Grid grid, Boundaries boundaries, const FlowOptions& options);
+  /// Throws CaseError for boundaries that do not fit (one periodic face without its partner). With several
+  /// ranks each one holds a block of the grid; everything that says "all" or gives a sum, maximum or step
+  /// is then collective, as are the constructor, set_state, advance and fill_domain_ghosts. `ranks`
+  /// outlives the flow.
+  Flow(Grid grid, Boundaries boundaries, const FlowOptions& options, const Ranks* ranks = nullptr);
   ~Flow();
   Flow(Flow&&) noexcept;
   Flow& operator=(Flow&&) noexcept;
 
+  /// The whole grid; nodes are numbered in it everywhere below, except in `marks`.
   [[nodiscard]] const Grid& grid() const;
+  /// Nodes of the grid that this rank holds.
+  [[nodiscard]] NodeBox owned() const;
+  /// Blocks along x, y, z.
+  [[nodiscard]] std::array<int, 3> rank_blocks() const;
   [[nodiscard]] const FlowOptions& options() const;
   [[nodiscard]] const Boundaries& boundaries() const;
   /// Instruction set chosen: "baseline", "avx2" or "avx512".
@@ -127,8 +137,9 @@ class Flow {
   [[nodiscard]] FieldsView<const double> primitives() const;
   /// rho, rho u, rho v, rho w, E at nodes (no ghosts in y and z).
   [[nodiscard]] FieldsView<const double> conserved() const;
+  [[nodiscard]] FieldsView<double> conserved();
 
-  /// State of every node from a function of its position.
+  /// State of every node of this rank from a function of its position.
   void set_state(const std::function<State(double x, double y, double z)>& state);
   /// The same from a function of the node's indices (for states that integrate over cells).
   void set_state_by_index(const std::function<State(int i, int j, int k)>& state);
@@ -158,7 +169,7 @@ class Flow {
   /// Processor seconds by pass (pass_clock.hpp) of the first thread since the start; all zero without
   /// FlowOptions::time_passes.
   [[nodiscard]] std::span<const double> pass_seconds() const;
-  /// Nodes with first-order fluxes in the last step, [k, j, n_x rounded up to 8].
+  /// Nodes with first-order fluxes in the last step, [k, j, n_x rounded up to 8] of this rank's block.
   [[nodiscard]] std::span<const std::uint8_t> marks() const;
 
   /// Everything beside the time that a resumed run needs; valid until the next step. After writing

@@ -30,6 +30,7 @@ enum class BoundaryKind {
   subsonic_inflow,  ///< velocity and temperature of `state`; pressure from the wave that leaves
   reservoir,    ///< gas at rest in `state`, accelerated without loss to the face; at most sonic there
   periodic,     ///< both faces of a direction
+  neighbour,    ///< another rank goes on; its nodes are the ghosts (never in a case)
 };
 
 /// A wall on a face of the domain; it may move along itself.

@@ -28,7 +28,8 @@ int source_of(BoundaryKind kind, bool low, int layer, int n) {
     case BoundaryKind::outflow:
     case BoundaryKind::fixed_state:
     case BoundaryKind::subsonic_inflow:
-    case BoundaryKind::reservoir: break;
+    case BoundaryKind::reservoir:
+    case BoundaryKind::neighbour: break;
   }
   return low ? 0 : n - 1;
 }
@@ -41,7 +42,8 @@ bool is_open(BoundaryKind kind) {
     case BoundaryKind::reservoir: return true;
     case BoundaryKind::symmetry:
     case BoundaryKind::wall:
-    case BoundaryKind::periodic: break;
+    case BoundaryKind::periodic:
+    case BoundaryKind::neighbour: break;
   }
   return false;
 }
@@ -150,19 +152,22 @@ void fill_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std::ptrd
   }
 }
 
-/// Calls fill(axis, node 0 of the first line, stride, number of neighbouring lines) for all lines
-/// beside the box: x-lines, then rows with their x ghosts, then planes with both.
+/// Calls fill(axis, node 0 of the first line, stride, number of neighbouring lines) for all lines of one
+/// axis beside the box: x-lines, or rows with their x ghosts, or planes with both.
 template <class Fill>
-void fill_all_ends(const Grid& grid, const NodeBox& box, double* data, const Block& b, int threads,
-                   const Fill& fill) {
+void fill_ends_of(int axis, const Grid& grid, const NodeBox& box, double* data, const Block& b, int threads,
+                  const Fill& fill) {
+  if (!grid.axis[static_cast<std::size_t>(axis)].present) return;
   const int first = box.lo[0] - n_ghost;
   const int width = box.hi[0] - box.lo[0] + 2 * n_ghost;
+  if (axis < 2) {
 #pragma omp parallel for schedule(static) num_threads(threads)
-  for (int k = box.lo[2]; k < box.hi[2]; ++k) {
-    for (int j = box.lo[1]; j < box.hi[1]; ++j) fill(0, data + j * b.sj + k * b.sk, 1, 1);
-    if (grid.axis[1].present) fill(1, data + first + k * b.sk, b.sj, width);
+    for (int k = box.lo[2]; k < box.hi[2]; ++k) {
+      if (axis == 1) fill(1, data + first + k * b.sk, b.sj, width);
+      else for (int j = box.lo[1]; j < box.hi[1]; ++j) fill(0, data + j * b.sj + k * b.sk, 1, 1);
+    }
+    return;
   }
-  if (!grid.axis[2].present) return;
   const int g1 = grid.axis[1].ghosts();
 #pragma omp parallel for schedule(static) num_threads(threads)
   for (int j = box.lo[1] - g1; j < box.hi[1] + g1; ++j) fill(2, data + first + j * b.sj, b.sk, width);
@@ -175,6 +180,7 @@ void DomainGhosts::fill(int axis, bool low, double* node0, std::array<int, 3> no
   const auto a = static_cast<std::size_t>(axis);
   if (!grid_.axis[a].present || (low ? box_.lo[axis] > 0 : box_.hi[axis] < grid_.axis[a].n)) return;
   const Boundary& b = boundaries_[2 * a + (low ? 0 : 1)];
+  if (b.kind == BoundaryKind::neighbour) return;
   fill_end({&grid_, &b, &gas_, t_, axis, low, {node[0], node[1], node[2]}}, node0, W_.sf, stride, count);
 }
 
@@ -201,10 +207,22 @@ void DomainGhosts::fill_all(int threads) const {
     fill_x(k, box_.lo[1], box_.hi[1]);
     for (const bool low : {true, false}) fill_y(k, low);
   }
-  if (!grid_.axis[2].present) return;
-  const int g1 = grid_.axis[1].ghosts();
+  fill_axis(2, threads);
+}
+
+void DomainGhosts::fill_axis(int axis, int threads) const {
+  if (!grid_.axis[static_cast<std::size_t>(axis)].present) return;
+  if (axis == 2) {
+    const int g1 = grid_.axis[1].ghosts();
 #pragma omp parallel for schedule(static) num_threads(threads)
-  for (int j = box_.lo[1] - g1; j < box_.hi[1] + g1; ++j) fill_z(j);
+    for (int j = box_.lo[1] - g1; j < box_.hi[1] + g1; ++j) fill_z(j);
+    return;
+  }
+#pragma omp parallel for schedule(static) num_threads(threads)
+  for (int k = box_.lo[2]; k < box_.hi[2]; ++k) {
+    if (axis == 0) fill_x(k, box_.lo[1], box_.hi[1]);
+    else for (const bool low : {true, false}) fill_y(k, low);
+  }
 }
 
 void DomainGhosts::fill_all_z(int threads) const {
@@ -214,12 +232,13 @@ void DomainGhosts::fill_all_z(int threads) const {
 }
 
 void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const NodeBox& box,
-                        const Block& block, int field, int threads) {
+                        const Block& block, int field, int axis_to_fill, int threads) {
   const auto fill = [&](int axis, double* node0, std::ptrdiff_t stride, int count) {
     const int n = grid.axis[static_cast<std::size_t>(axis)].n;
     for (int side = 0; side < 2; ++side) {
       if (side == 0 ? box.lo[axis] > 0 : box.hi[axis] < n) continue;
       const BoundaryKind kind = boundaries[static_cast<std::size_t>(2 * axis + side)].kind;
+      if (kind == BoundaryKind::neighbour) continue;
       for (int layer = 0; layer < n_ghost; ++layer) {
         const double* from = node0 + source_of(kind, side == 0, layer, n) * stride;
         double* to = node0 + (side == 0 ? -1 - layer : n + layer) * stride;
@@ -227,7 +246,7 @@ void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const No
       }
     }
   };
-  fill_all_ends(grid, box, block.data + field * block.sf, block, threads, fill);
+  fill_ends_of(axis_to_fill, grid, box, block.data + field * block.sf, block, threads, fill);
 }
 
 }  // namespace ocublast::flow

@@ -10,11 +10,6 @@
 
 namespace ocublast::flow {
 
-/// Nodes [lo, hi) of a part of the grid.
-struct NodeBox {
-  int lo[3], hi[3];
-};
-
 /// Fills four ghost nodes of the primitives beyond the ends that a box has in common with the grid, at
 /// time t.
 class DomainGhosts {
@@ -30,6 +25,8 @@ class DomainGhosts {
   void fill_z(int j) const;
   /// All: x first, then whole rows, then whole planes, so that edges and corners are filled as well.
   void fill_all(int threads) const;
+  /// The ends along one axis of the same; x, y and z in turn are fill_all.
+  void fill_axis(int axis, int threads) const;
   /// Only the z ends of the rows in the box.
   void fill_all_z(int threads) const;
 
@@ -44,8 +41,9 @@ class DomainGhosts {
 };
 
 /// Fills the ghosts of one even scalar field: mirrored at symmetry and walls, repeated if periodic,
-/// else the end value.
+/// else the end value. One axis at a time, x first: y takes whole rows, z whole planes with the ghosts
+/// of those before.
 void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const NodeBox& box,
-                        const Block& block, int field, int threads);
+                        const Block& block, int field, int axis, int threads);
 
 }  // namespace ocublast::flow

@@ -26,6 +26,11 @@ struct Axis {
   [[nodiscard]] double h(int i) const { return jacobian[static_cast<std::size_t>(i + ghosts())]; }
 };
 
+/// Nodes [lo, hi) of a part of the grid.
+struct NodeBox {
+  int lo[3], hi[3];
+};
+
 /// What x means. Else than Cartesian it is the distance r from a point or an axis, and cells are
 /// whole shells or rings; axisymmetric grids have y along the axis.
 enum class Geometry { cartesian, cylindrical, spherical, axisymmetric };

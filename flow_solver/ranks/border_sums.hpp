@@ -1,0 +1,62 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "coupler/base/rank_exchange.hpp"
+#include "flow_solver/numerics/kernel.hpp"
+#include "flow_solver/ranks/border_weights.hpp"
+#include "flow_solver/ranks/rank_part.hpp"
+
+namespace ocublast::flow {
+
+/// Fluxes at the borders across one axis from the parts of all ranks within reach of the weights. A rank
+/// adds its nodes' part for every such border (the kernels border_flux and border_filter fill `sums`) and
+/// sends it to the ranks on both sides; those add the parts in the order of the blocks, so that both have
+/// the same bits.
+class BorderSums {
+ public:
+  /// `groups`: line groups of eight lines along the axis.
+  BorderSums(const RankPart& part, int axis, LineSolve solve, const WholeLine& line, int groups, int channel);
+  [[nodiscard]] const std::vector<BorderSum>& sums() const { return sums_; }
+  void start();
+  void poll() { exchange_->poll(); }
+  void finish();
+  /// Fluxes of the known faces at either end of the block, [group, face, component, lane]; null: no border.
+  [[nodiscard]] const double* low() const { return low_ ? low_->total.data() : nullptr; }
+  [[nodiscard]] const double* high() const { return high_ ? high_->total.data() : nullptr; }
+  [[nodiscard]] int known() const { return known_; }
+  /// Bytes sent by this rank each time.
+  [[nodiscard]] std::size_t bytes() const;
+  [[nodiscard]] std::size_t messages() const { return outgoing_.size(); }
+
+ private:
+  /// A border within reach of this block's nodes.
+  struct Border {
+    BorderWeights weights;
+    std::vector<double> sum;  ///< [group, 2 known - 1, component, lane]
+  };
+  /// One side's half of a border's sum on its way to the rank there.
+  struct Outgoing {
+    const Border* border;
+    bool low_end;  ///< whether the border is the low end of the rank that gets it
+    std::vector<double> data;
+  };
+  /// What an end of this block gets: one part per contributing block, in their order; own parts are
+  /// taken from `own`.
+  struct End {
+    std::vector<std::vector<double>> parts;
+    std::vector<const Border*> own;  ///< null where the part comes from another rank
+    std::vector<double> total;
+  };
+  void copy_half(const Border& border, bool low_end, double* to) const;
+  int known_ = 0;
+  std::size_t groups_ = 0;
+  std::vector<std::unique_ptr<Border>> borders_;
+  std::vector<BorderSum> sums_;
+  std::vector<std::unique_ptr<Outgoing>> outgoing_;
+  std::unique_ptr<End> low_, high_;
+  std::unique_ptr<RankExchange> exchange_;
+};
+
+}  // namespace ocublast::flow

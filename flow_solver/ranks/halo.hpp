@@ -1,0 +1,48 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "coupler/base/rank_exchange.hpp"
+#include "flow_solver/numerics/kernel.hpp"
+#include "flow_solver/ranks/rank_part.hpp"
+
+namespace ocublast::flow {
+
+/// What a halo carries: layers of the fields next to the borders across the axes in the mask.
+struct HaloSpec {
+  int channel = 0;          ///< of RankExchange
+  unsigned axes = 7;        ///< bit per axis
+  std::vector<int> fields;
+  int depth = 1;            ///< layers, at most n_ghost
+  /// Rows and planes reach into the ghosts of the axes before, so that edges and corners are filled
+  /// when the axes follow one after another.
+  bool corners = false;
+};
+
+/// Copies the nodes next to a rank's borders into its neighbours' ghosts. Does nothing along axes that
+/// are not divided.
+class Halo {
+ public:
+  Halo(const RankPart& part, HaloSpec spec);
+  /// Packs and sends; the ghosts hold the neighbours' nodes after `finish`.
+  void start(const Block& block);
+  void poll();
+  void finish(const Block& block);
+
+ private:
+  struct Face {
+    int axis;
+    bool low;
+    int peer;
+    std::vector<double> out, in;
+  };
+  template <class Copy>
+  void for_rows(const Face& face, const Block& block, int layer0, const Copy& copy) const;
+  const RankPart* part_;
+  HaloSpec spec_;
+  std::vector<std::unique_ptr<Face>> faces_;
+  std::unique_ptr<RankExchange> exchange_;
+};
+
+}  // namespace ocublast::flow
