@@ -1,10 +1,8 @@
-#include "coupler/base/errors.hpp"
+#include "coupler/base/ranks.hpp"
 #include "solid_solver/program.hpp"
 
 int main(int argc, char** argv) {
-  try {
-    return ocublast::solid::run_program(argc, argv);
-  } catch (...) {
-    return ocublast::report_current_exception("solid_solver");
-  }
+  return ocublast::run_on_ranks("solid_solver", [&](const ocublast::Ranks& ranks) {
+    return ocublast::solid::run_program(argc, argv, ranks);
+  });
 }

@@ -16,6 +16,7 @@
 #include "solid_solver/coupled_run.hpp"
 #include "solid_solver/io/case_keys.hpp"
 #include "solid_solver/io/session.hpp"
+#include "solid_solver/parallel/distribute.hpp"
 
 namespace ocublast::solid {
 namespace {
@@ -50,10 +51,16 @@ void advance_alone(Session& session, double due) {
 void write_checkpoint_alone(Session& session, const std::filesystem::path& directory) {
   auto aside = directory;
   aside += ".part";
-  std::filesystem::create_directories(aside);
+  const auto& team = session.run().team();
+  team.together([&] {
+    if (team.root()) std::filesystem::create_directories(aside);
+  });
   session.write_checkpoint_to(aside);
-  std::filesystem::remove_all(directory);
-  std::filesystem::rename(aside, directory);
+  team.together([&] {
+    if (!team.root()) return;
+    std::filesystem::remove_all(directory);
+    std::filesystem::rename(aside, directory);
+  });
 }
 
 void run_alone(Session& session, const std::filesystem::path& out, bool quiet) {
@@ -83,7 +90,7 @@ void run_alone(Session& session, const std::filesystem::path& out, bool quiet) {
       last = link::checkpoint_directory(out, progress.window);
       write_checkpoint_alone(session, last);
     }
-    if (!quiet && watch.elapsed() > next_line) {
+    if (!quiet && session.root() && watch.elapsed() > next_line) {
       print_progress(session, session.run(), watch.elapsed());
       next_line = watch.elapsed() + progress_interval;
     }
@@ -93,9 +100,11 @@ void run_alone(Session& session, const std::filesystem::path& out, bool quiet) {
 }
 
 /// Fewer threads for a small mesh: below some thousand elements each, waiting at the colours'
-/// barriers costs more than it brings. Results do not depend on it.
-int useful_threads(int wanted, const SolidMesh& mesh) {
+/// barriers costs more than it brings. Results do not depend on it. Ranks share a host's
+/// processors.
+int useful_threads(int asked, const Ranks& ranks, const SolidMesh& mesh) {
   constexpr std::size_t elements_per_thread = 2000;
+  const int wanted = asked > 0 ? asked : std::max(1, omp_get_num_procs() / ranks.on_this_host());
   return std::clamp(static_cast<int>(mesh.n_cells() / elements_per_thread), 1, wanted);
 }
 
@@ -106,41 +115,47 @@ int list_keys() {
   return static_cast<int>(ExitCode::done);
 }
 
-}  // namespace
-
-int run_program(int argc, char** argv) {
-  const auto line = parse_command_line(argc, argv, "solid_solver", about);
-  if (!line) return static_cast<int>(ExitCode::done);
-  if (line->list_keys) return list_keys();
-  CaseReader reader(line->source);
+int run_case(const CommandLine& line, const Ranks& ranks) {
+  CaseReader reader(line.source);
   auto from = read_solid_case(reader);
   reader.finish();
-  if (line->effective_only) {
-    std::fputs(reader.effective().c_str(), stdout);
+  if (line.effective_only) {
+    if (ranks.root()) std::fputs(reader.effective().c_str(), stdout);
     return static_cast<int>(ExitCode::done);
   }
-  from.setup.assembly.threads =
-      useful_threads(line->threads > 0 ? line->threads : omp_get_num_procs(), *from.setup.mesh);
+  from.imbalance = distribute(from.setup, ranks);
+  if (!ranks.root()) from.whole_mesh = nullptr;
+  from.setup.assembly.threads = useful_threads(line.threads, ranks, *from.setup.mesh);
   from.setup.assembly.instruction_set = best_instruction_set();
   const bool coupled = from.coupled;
   const auto out =
-      line->out.empty() ? std::filesystem::path("results") / from.common.name : line->out;
-  auto log = make_logger("solid_solver", line->check_only ? "" : out / "log" / "solid_solver.log");
+      line.out.empty() ? std::filesystem::path("results") / from.common.name : line.out;
+  auto log = make_logger("solid_solver",
+                         line.check_only || !ranks.root() ? "" : out / "log" / "solid_solver.log");
   Session session(std::move(from),
                   {.out = out,
                    .case_hash = reader.hash(),
-                   .equilibrium = !line->check_only && line->resume.empty()},
+                   .equilibrium = !line.check_only && line.resume.empty()},
                   log);
-  log->info("{} {}\n{}", "solid_solver", version_text, session.describe());
-  if (line->check_only || (!line->quiet && !coupled))
-    std::fputs(session.describe().c_str(), stdout);
-  if (line->check_only) return static_cast<int>(ExitCode::done);
-  if (!line->resume.empty()) session.resume_from(link::require_checkpoint(line->resume).directory);
+  const auto text = session.describe();
+  log->info("{} {}\n{}", "solid_solver", version_text, text);
+  if (line.check_only || (!line.quiet && !coupled)) std::fputs(text.c_str(), stdout);
+  if (line.check_only) return static_cast<int>(ExitCode::done);
+  if (!line.resume.empty())
+    session.resume_from(ranks.root() ? link::require_checkpoint(line.resume).directory : "");
   if (coupled)
     run_coupled(session);
   else
-    run_alone(session, out, line->quiet);
+    run_alone(session, out, line.quiet);
   return static_cast<int>(ExitCode::done);
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, const Ranks& ranks) {
+  const auto line = parse_command_line(argc, argv, "solid_solver", about);
+  if (!line) return static_cast<int>(ExitCode::done);
+  return line->list_keys ? list_keys() : run_case(*line, ranks);
 }
 
 }  // namespace ocublast::solid

@@ -21,7 +21,7 @@ const std::vector<std::int32_t>& SolidRun::interface_nodes() const {
 }
 
 void SolidRun::build_interface_inertia() {
-  if (loads_.empty() || !loads_.back().coupled) return;
+  if (!coupled_) return;
   const auto& mass = mass_;
   std::vector<double> impedance(mass.size(), 1e300);  // smallest rho c of the cells at a node
   for (std::size_t number = 0; number < mesh().n_cells(); ++number) {
@@ -30,47 +30,64 @@ void SolidRun::build_interface_inertia() {
       impedance[index(n)] =
           std::min(impedance[index(n)], material.density * material.sound_speed());
   }
-  const auto areas = loads_.back().surface.nodal_areas();
+  auto& team = assembly_->team();
+  team.take_least_nodal(impedance);
+  const auto& nodes = loads_.back().surface.nodes();
+  const auto own_areas = loads_.back().surface.nodal_areas();
+  std::vector<double> areas(mass.size(), 0.0);
   double area = 0.0;
-  double total = 0.0;
-  for (const double m : mass) total += m;
-  for (std::size_t v = 0; v < areas.size(); ++v) {
-    const auto n = index(loads_.back().surface.nodes()[v]);
-    interface_inertia_.push_back({mass[n] / areas[v], impedance[n]});
-    area += areas[v];
+  for (std::size_t v = 0; v < nodes.size(); ++v) {
+    areas[index(nodes[v])] = own_areas[v];
+    area += own_areas[v];
   }
-  body_mass_per_area_ = total / area;
+  team.add_nodal(areas);
+  double total = 0.0;
+  for (std::size_t n = 0; n < mass.size(); ++n)
+    if (team.counts(n)) total += mass[n];
+  for (const auto n : nodes)
+    interface_inertia_.push_back({mass[index(n)] / areas[index(n)], impedance[index(n)]});
+  body_mass_per_area_ = team.sum(total) / team.sum(area);
 }
 
 double SolidRun::mass_per_area(double window) const {
   double smallest = body_mass_per_area_;
   for (const auto& [layer, impedance] : interface_inertia_)
     smallest = std::min(smallest, layer + impedance * window);
-  return smallest;
+  return team().least(smallest);
 }
 
 EnergyTable SolidRun::compute_energies(const CellResults& cells) {
-  EnergyTable e;
-  const auto& mass = mass_;
-  double square = 0.0;
-  for (std::size_t n = 0; n < mass.size(); ++n)
-    for (std::size_t i = 0; i < 3; ++i) {
+  enum { kinetic, square, internal, hourglass, stored, viscous, relaxation, damping, external };
+  std::array<double, external + 2> part{};
+  for (std::size_t n = 0; n < mass_.size(); ++n)
+    for (std::size_t i = 0; team().counts(n) && i < 3; ++i) {
       const std::size_t at = 4 * n + i;
-      e.kinetic += 0.5 * mass[n] * state_.velocity[at] * state_.velocity[at];
-      square += mass[n] * state_.acceleration[at] * state_.acceleration[at];
+      part[kinetic] += 0.5 * mass_[n] * state_.velocity[at] * state_.velocity[at];
+      part[square] += mass_[n] * state_.acceleration[at] * state_.acceleration[at];
     }
-  e.kinetic_scheme =
-      e.kinetic - sums_.last_step * sums_.last_step / 8.0 * square + sums_.scheme_jumps;
-  for (std::size_t cell = 0; cell < mesh().n_cells(); ++cell)
-    e.internal += cells[cell * n_evaluated + strain_energy];
-  for (std::size_t cell = 0; cell < mesh().n_cells(); ++cell)
-    e.hourglass += cells[cell * n_evaluated + hourglass_energy];
-  e.spring = sums_.stored;
-  e.viscous = sums_.viscous;
-  e.relaxation = sums_.relaxation;
-  e.damping = sums_.damping;
-  e.external = sums_.external;
-  e.initial = sums_.initial;
+  for (std::size_t cell = 0; cell < mesh().n_cells(); ++cell) {
+    part[internal] += cells[cell * n_evaluated + strain_energy];
+    part[hourglass] += cells[cell * n_evaluated + hourglass_energy];
+  }
+  part[stored] = sums_.stored;
+  part[viscous] = sums_.viscous;
+  part[relaxation] = sums_.relaxation;
+  part[damping] = sums_.damping;
+  part[external] = sums_.external;
+  part[external + 1] = sums_.initial;
+  team().sum(part);
+  EnergyTable e{.kinetic = part[kinetic],
+                .kinetic_scheme = part[kinetic] -
+                                  sums_.last_step * sums_.last_step / 8.0 * part[square] +
+                                  sums_.scheme_jumps,
+                .internal = part[internal],
+                .hourglass = part[hourglass],
+                .relaxation = part[relaxation],
+                .viscous = part[viscous],
+                .spring = part[stored],
+                .damping = part[damping],
+                .external = part[external],
+                .initial = part[external + 1]};
   sums_.peak_energy = std::max({sums_.peak_energy, e.kinetic + e.internal + e.hourglass + e.spring,
                                 std::abs(e.external), e.initial});
   const double left = e.kinetic_scheme + e.internal + e.hourglass + e.viscous + e.relaxation +
@@ -91,6 +108,7 @@ std::array<double, 6> SolidRun::momenta() const {
   std::array<double, 6> sum{};
   const auto& mass = mass_;
   for (std::size_t n = 0; n < mass.size(); ++n) {
+    if (!team().counts(n)) continue;
     double x[3];
     double p[3];
     for (std::size_t i = 0; i < 3; ++i) {
@@ -102,6 +120,7 @@ std::array<double, 6> SolidRun::momenta() const {
     sum[4] += x[2] * p[0] - x[0] * p[2];
     sum[5] += x[0] * p[1] - x[1] * p[0];
   }
+  team().sum(sum);
   return sum;
 }
 

@@ -24,8 +24,8 @@ constexpr double damping_of_highest_mode = 1.25;
 
 SolidRun::SolidRun(SolidSetup setup)
     : setup_(std::move(setup)),
-      assembly_(std::make_unique<Assembly>(*setup_.mesh, setup_.materials,
-                                           setup_.material_of_tissue, setup_.assembly)),
+      assembly_(std::make_unique<Assembly>(
+          *setup_.mesh, setup_.materials, setup_.material_of_tissue, setup_.assembly, setup_.part)),
       state_(setup_.mesh->n_nodes()),
       residual_(4 * setup_.mesh->n_nodes()) {
   build_constraints();
@@ -37,8 +37,36 @@ SolidRun::SolidRun(SolidSetup setup)
   renew_stable_step();
 }
 
+/// Of all ranks; the cell is one of this rank's.
+StepBound SolidRun::element_step() const {
+  const auto own = assembly_->element_step(state_.displacement);
+  if (team().alone()) return own;
+  const double step = team().least(own.step);
+  const auto number = static_cast<double>(team().cell_number(own.cell));
+  const bool mine = team().least(own.step == step ? number : 1e300) == number && own.step == step;
+  std::array<double, 2> from{mine ? own.transit : 0.0, mine ? own.length : 0.0};
+  team().sum(from);
+  return {.transit = from[0], .step = step, .length = from[1], .cell = own.cell};
+}
+
+SolidRun::SmallestElement SolidRun::smallest_element() const {
+  const auto own = assembly_->element_step(state_.displacement);
+  const auto bound = element_step();
+  const bool mine = own.step == bound.step && own.transit == bound.transit;
+  return {.step = bound.step,
+          .transit = bound.transit,
+          .place = team().text_of(mine, describe_cell(mesh(), own.cell))};
+}
+
+double SolidRun::find_damping_ratio() const {
+  double damping = damping_of_highest_mode * setup_.assembly.viscosity.linear +
+                   team().most(assembly_->viscous_damping_ratio(omega_));
+  for (const auto& force : forces_) damping += team().most(force->damping_ratio(omega_, mass_));
+  return damping;
+}
+
 void SolidRun::renew_stable_step() {
-  const auto bound = assembly_->element_step(state_.displacement);
+  const auto bound = element_step();
   element_step_ = bound.step;
   steps_since_renewal_ = 0;
   if (setup_.control.rule == StepControl::Rule::element) {
@@ -49,7 +77,6 @@ void SolidRun::renew_stable_step() {
   AlignedVector<double> back(moved.size());
   // Product by a central difference of the forces: a tenth of a thousandth of the smallest length
   // leaves an error of 1e-8 by curvature and 1e-11 by rounding.
-  const double length = bound.transit * assembly_->material_of_cell(bound.cell).sound_speed();
   AlignedVector<double> full(state_.displacement.size());
   const auto product = [&](std::span<const double> given, std::span<double> y) {
     std::copy(given.begin(), given.end(), full.begin());
@@ -57,7 +84,7 @@ void SolidRun::renew_stable_step() {
     const std::span<const double> x = full;
     double largest = 0.0;
     for (const double value : x) largest = std::max(largest, std::abs(value));
-    const double eps = 1e-4 * length / largest;
+    const double eps = 1e-4 * bound.length / team().most(largest);
     for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = state_.displacement[i] - eps * x[i];
     assembly_->compute_force(moved, back, 0.0);
     for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = state_.displacement[i] + eps * x[i];
@@ -66,22 +93,20 @@ void SolidRun::renew_stable_step() {
     for (const auto& force : forces_) force->add_stiffness(x, y);
     for (const auto& c : constraints_) c->reduce(y);
   };
-  const auto frequency = largest_frequency(inverse_mass_, product, setup_.control.lanczos_products);
+  const auto frequency =
+      largest_frequency(inverse_mass_, product, setup_.control.lanczos_products, team());
   omega_ = frequency.omega;
   if (!(omega_ > 0.0) || !std::isfinite(omega_))
     throw NumericsError(
         fmt::format("no largest frequency found at t = {:.6g} s (omega = {}): are all "
                     "nodes fixed, or is the state lost?",
                     state_.time, omega_));
-  double damping = damping_of_highest_mode * setup_.assembly.viscosity.linear +
-                   assembly_->viscous_damping_ratio(omega_);
-  for (const auto& force : forces_) damping += force->damping_ratio(omega_, mass_);
-  stable_step_ = setup_.control.safety * critical_step(omega_, damping);
+  stable_step_ = setup_.control.safety * critical_step(omega_, find_damping_ratio());
 }
 
 void SolidRun::look_at_configuration() {
   steps_since_look_ = 0;
-  const double now = assembly_->element_step(state_.displacement).step;
+  const double now = element_step().step;
   if (std::abs(now / element_step_ - 1.0) > setup_.control.shrink_limit ||
       steps_since_renewal_ >= setup_.control.renew_every)
     renew_stable_step();
@@ -91,7 +116,9 @@ void SolidRun::set_velocity(std::int32_t node, const std::array<double, 3>& velo
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t at = 4 * index(node) + i;
     if (inverse_mass_[at] == 0.0) continue;
-    sums_.initial += 0.5 * (velocity[i] * velocity[i] - state_.velocity[at] * state_.velocity[at]) /
+    const double counted = team().counts(index(node)) ? 0.5 : 0.0;
+    sums_.initial += counted *
+                     (velocity[i] * velocity[i] - state_.velocity[at] * state_.velocity[at]) /
                      inverse_mass_[at];
     state_.velocity[at] = velocity[i];
     awake_ = awake_ || velocity[i] != 0.0;
@@ -122,7 +149,7 @@ std::uint32_t SolidRun::choose_steps(const Window& window) const {
 
 WindowResult SolidRun::advance(const Window& window) {
   WindowResult result;
-  if (!awake_ && !disturbed(window)) {
+  if (!team().any(awake_ || disturbed(window))) {
     state_.time = window.t_end;
     sums_.steps_slept += choose_steps(window);
     result.idle = true;
@@ -140,11 +167,12 @@ WindowResult SolidRun::advance(const Window& window) {
                           .dt = dt};
     predict(times);
     impose_prescribed(times);
-    const auto report = assembly_->compute_force(state_.displacement, residual_, 1.0 / dt);
+    const auto report = assembly_->compute_force(state_.displacement, residual_, 1.0 / dt, [&] {
+      apply_loads(window, times, result, residual_);
+    });
     sums_.viscous += report.viscous_work;
     sums_.relaxation += report.overlay_work;
-    if (report.bad) report_inverted(times.t_new);
-    apply_loads(window, times, result);
+    check_inverted(report.bad, times.t_new);
     apply_forces(times);
     reduce_residual();
     correct(dt);
@@ -161,16 +189,23 @@ WindowResult SolidRun::advance(const Window& window) {
       else
         load.last_end.assign(window.overpressure.begin(), window.overpressure.end());
     }
+  if (coupled_) {
+    result.interface_work = team().sum(result.interface_work);
+    team().sum(result.interface_impulse);
+  }
   if (steps_since_look_ >= setup_.control.check_every) look_at_configuration();
   return result;
 }
 
 /// Loads that jump at the beginning of a window change the acceleration there.
 void SolidRun::begin_window(const Window& window) {
-  bool changed = false;
-  double square = 0.0;
+  struct Change {
+    const Load* load;
+    std::vector<double> old_forces;
+  };
+  std::vector<Change> changes;
   for (auto& load : loads_) {
-    const auto old_forces = load.forces;
+    auto old_forces = load.forces;
     if (load.coupled && !window.force.empty()) {
       load.force_begin = load.forces;
       set_forces(load, window, window.t_begin);
@@ -181,17 +216,32 @@ void SolidRun::begin_window(const Window& window) {
       if (load.pressure == before) continue;
       load.surface.compute_forces(state_.displacement, load.pressure, load.forces);
     }
-    if (!changed) square = residual_square();
-    changed = true;
-    for (std::size_t v = 0; v < load.surface.nodes().size(); ++v)
-      for (std::size_t i = 0; i < 3; ++i)
-        residual_[4 * index(load.surface.nodes()[v]) + i] +=
-            old_forces[3 * v + i] - load.forces[3 * v + i];
+    changes.push_back({&load, std::move(old_forces)});
   }
-  if (!changed) return;
+  if (!team().any(!changes.empty())) return;
+  const double square = residual_square();
+  add_partial([&](std::span<double> residual) {
+    for (const auto& [load, old_forces] : changes)
+      for (std::size_t v = 0; v < load->surface.nodes().size(); ++v)
+        for (std::size_t i = 0; i < 3; ++i)
+          residual[4 * index(load->surface.nodes()[v]) + i] +=
+              old_forces[3 * v + i] - load->forces[3 * v + i];
+  });
   reduce_residual();
   sums_.scheme_jumps += sums_.last_step * sums_.last_step / 8.0 * (residual_square() - square);
   refresh_acceleration();
+}
+
+/// Adds to the residual what this rank's facets give to its nodes, with the other ranks' part.
+void SolidRun::add_partial(const std::function<void(std::span<double>)>& add) {
+  if (team().alone()) {
+    add(residual_);
+    return;
+  }
+  AlignedVector<double> more(residual_.size());
+  add(more);
+  assembly_->team().forces()->add(more);
+  for (std::size_t i = 0; i < residual_.size(); ++i) residual_[i] += more[i];
 }
 
 void SolidRun::refresh_acceleration() {
@@ -253,7 +303,8 @@ void SolidRun::impose_prescribed(const StepTimes& times) {
   }
 }
 
-void SolidRun::apply_loads(const Window& window, const StepTimes& times, WindowResult& result) {
+void SolidRun::apply_loads(const Window& window, const StepTimes& times, WindowResult& result,
+                           std::span<double> residual) {
   for (auto& load : loads_) {
     const auto old = load.forces;
     if (load.coupled && !window.force.empty()) {
@@ -271,7 +322,7 @@ void SolidRun::apply_loads(const Window& window, const StepTimes& times, WindowR
     for (std::size_t v = 0; v < load.surface.nodes().size(); ++v)
       for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t at = 4 * index(load.surface.nodes()[v]) + i;
-        residual_[at] -= load.forces[3 * v + i];
+        residual[at] -= load.forces[3 * v + i];
         const double mean = 0.5 * (old[3 * v + i] + load.forces[3 * v + i]);
         work += mean * state_.velocity[at] * times.dt;
         if (load.coupled) result.interface_impulse[i] += mean * times.dt;
@@ -286,7 +337,8 @@ void SolidRun::apply_forces(const StepTimes& times) {
                           .velocity = state_.velocity,
                           .t_old = times.t_old,
                           .t_new = times.t_new,
-                          .dt = times.dt};
+                          .dt = times.dt,
+                          .counted = team().counted()};
   sums_.stored = 0.0;
   for (const auto& force : forces_) {
     const auto work = force->apply(motion, residual_);
@@ -341,8 +393,9 @@ void SolidRun::finish_prescribed(const StepTimes& times) {
       const double step = state_.velocity[at] * times.dt;
       double& old = prescribed_residual_[s][k];
       // What the support does: works against the residual and gives the node its kinetic energy.
-      sums_.external += 0.5 * (old + residual_[at]) * step +
-                        0.5 * mass_[index(p.nodes[k])] * (after * after - before * before);
+      if (team().counts(index(p.nodes[k])))
+        sums_.external += 0.5 * (old + residual_[at]) * step +
+                          0.5 * mass_[index(p.nodes[k])] * (after * after - before * before);
       old = residual_[at];
       state_.velocity[at] = after;
     }
@@ -360,11 +413,19 @@ void SolidRun::note_step_change(double dt) {
 double SolidRun::residual_square() const {
   double square = 0.0;
   for (std::size_t i = 0; i < residual_.size(); ++i)
-    square += residual_[i] * residual_[i] * inverse_mass_[i];
-  return square;
+    if (team().counts(i / 4)) square += residual_[i] * residual_[i] * inverse_mass_[i];
+  return team().sum(square);
 }
 
-void SolidRun::report_inverted(double time) {
+/// Throws on all ranks when an element of any is inverted.
+void SolidRun::check_inverted(bool bad, double time) const {
+  if (!team().any(bad)) return;
+  team().together([&] {
+    if (bad) report_inverted(time);
+  });
+}
+
+void SolidRun::report_inverted(double time) const {
   const auto place = assembly_->find_worst(state_.displacement);
   const auto cell = mesh().cell(place.cell);
   throw NumericsError(fmt::format(

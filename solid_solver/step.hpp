@@ -57,6 +57,9 @@ struct PlaneKeys {
 
 struct SolidSetup {
   std::shared_ptr<const SolidMesh> mesh;
+  /// This rank's part, to which the mesh and all lists of nodes and facets belong (see distribute);
+  /// null where the body is whole. With it, what a SolidRun does is collective.
+  std::shared_ptr<const MeshPart> part;
   std::vector<Material> materials;
   std::vector<std::int32_t> material_of_tissue;
   AssemblyOptions assembly;
@@ -168,7 +171,7 @@ class SolidRun {
   /// Nodes of the coupled surface, in the order of loads.
   [[nodiscard]] const std::vector<std::int32_t>& interface_nodes() const;
   /// Solid mass per area that waves reach within `window` s, smallest over the interface, kg/m^2:
-  /// min(nodal mass / area + rho c window, mass of the body / area of the interface).
+  /// min(nodal mass / area + rho c window, mass of the body / area of the interface). Collective.
   [[nodiscard]] double mass_per_area(double window) const;
 
   /// Energy table; `cells` are the results of Assembly::evaluate at the current state. Remembers
@@ -176,6 +179,16 @@ class SolidRun {
   EnergyTable compute_energies(const CellResults& cells);
   /// Linear (0-2, N s) and angular momentum about the origin (3-5, N m s).
   [[nodiscard]] std::array<double, 6> momenta() const;
+  /// The other ranks. Energies, momenta and reports are of the whole body.
+  [[nodiscard]] const Team& team() const { return assembly_->team(); }
+  /// The element whose own rule gives the smallest step, of all ranks, in words (on the root, with
+  /// several ranks), and its passage time.
+  struct SmallestElement {
+    double step = 0.0;     ///< s, by the element's rule
+    double transit = 0.0;  ///< length / sound speed, s
+    std::string place;
+  };
+  [[nodiscard]] SmallestElement smallest_element() const;
 
   /// Everything a resumed run needs, as named arrays: same bits afterwards.
   struct NamedArray {
@@ -209,6 +222,8 @@ class SolidRun {
   void build_constraints();
   void build_inverse_mass();
   void build_interface_inertia();
+  [[nodiscard]] StepBound element_step() const;
+  [[nodiscard]] double find_damping_ratio() const;
   void renew_stable_step();
   void look_at_configuration();
   [[nodiscard]] bool disturbed(const Window& window) const;
@@ -218,7 +233,9 @@ class SolidRun {
   void set_forces(Load& load, const Window& window, double t);
   void predict(const StepTimes& times);
   void impose_prescribed(const StepTimes& times);
-  void apply_loads(const Window& window, const StepTimes& times, WindowResult& result);
+  void apply_loads(const Window& window, const StepTimes& times, WindowResult& result,
+                   std::span<double> residual);
+  void add_partial(const std::function<void(std::span<double>)>& add);
   void apply_forces(const StepTimes& times);
   void reduce_residual();
   void expand(AlignedVector<double>& field) const;
@@ -228,7 +245,8 @@ class SolidRun {
   void note_step_change(double dt);
   [[nodiscard]] double residual_square() const;
   void refresh_acceleration();
-  [[noreturn]] void report_inverted(double time);
+  void check_inverted(bool bad, double time) const;
+  [[noreturn]] void report_inverted(double time) const;
 
   SolidSetup setup_;
   std::unique_ptr<Assembly> assembly_;
@@ -243,6 +261,7 @@ class SolidRun {
   std::vector<std::pair<double, double>>
       interface_inertia_;            ///< per interface node: mass/area kg/m^2, rho c kg/(m^2 s)
   double body_mass_per_area_ = 0.0;  ///< kg/m^2
+  bool coupled_ = false;             ///< some rank has facets of the interface
   double stable_step_ = 0.0;
   double omega_ = 0.0;
   double element_step_ = 0.0;  ///< by the elements' rule when the step was found, s

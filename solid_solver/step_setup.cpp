@@ -17,7 +17,7 @@ struct NodeScales {
   std::vector<double> length;
   std::vector<double> transit;
 };
-NodeScales node_scales(const Assembly& assembly) {
+NodeScales node_scales(Assembly& assembly) {
   const auto& mesh = assembly.mesh();
   NodeScales scales{.length = std::vector<double>(mesh.n_nodes(), 1e300),
                     .transit = std::vector<double>(mesh.n_nodes(), 1e300)};
@@ -31,6 +31,8 @@ NodeScales node_scales(const Assembly& assembly) {
       scales.transit[index(n)] = std::min(scales.transit[index(n)], transit);
     }
   }
+  assembly.team().take_least_nodal(scales.length);
+  assembly.team().take_least_nodal(scales.transit);
   return scales;
 }
 
@@ -61,7 +63,8 @@ void SolidRun::build_inverse_mass() {
 void SolidRun::build_loads() {
   bool rings = false;
   for (const auto& block : assembly_->blocks()) rings = rings || block.type().axisymmetric;
-  const auto edges = rings ? FollowerPressure::Edges::rings : FollowerPressure::Edges::strips;
+  const auto edges =
+      team().any(rings) ? FollowerPressure::Edges::rings : FollowerPressure::Edges::strips;
   const auto add_load = [&](const std::vector<Facet>& facets, Schedule schedule, bool coupled) {
     Load load{.surface = FollowerPressure(mesh(), facets, edges),
               .schedule = std::move(schedule),
@@ -73,7 +76,8 @@ void SolidRun::build_loads() {
     loads_.push_back(std::move(load));
   };
   for (const auto& p : setup_.pressures) add_load(p.facets, p.pressure, false);
-  if (!setup_.interface.empty()) add_load(setup_.interface, {}, true);
+  coupled_ = team().any(!setup_.interface.empty());
+  if (coupled_) add_load(setup_.interface, {}, true);
 }
 
 void SolidRun::build_forces() {

@@ -28,3 +28,18 @@ if(TARGET coupler)
     COUPLER="$<TARGET_FILE:coupler>" TOY_FLOW="$<TARGET_FILE:solid_toy_flow>")
   add_dependencies(test_solid_coupled solid_solver solid_toy_flow coupler)
 endif()
+
+# Several ranks of the solid: a probe that mpirun starts, and the program itself.
+add_executable(solid_ranks_probe verification/solid_ranks_probe.cpp)
+target_link_libraries(solid_ranks_probe PRIVATE ocublast_solid_core ocublast_base ocublast_warnings)
+ocublast_test(NAME test_solid_ranks LABEL verification
+              SOURCES verification/solid_ranks.cpp verification/solid_ranks_program.cpp
+              LIBRARIES ocublast_solid)
+target_compile_definitions(test_solid_ranks PRIVATE ${solid_programs}
+                           RANKS_PROBE="$<TARGET_FILE:solid_ranks_probe>")
+add_dependencies(test_solid_ranks solid_ranks_probe solid_solver)
+if(TARGET coupler)
+  target_compile_definitions(test_solid_ranks PRIVATE COUPLER="$<TARGET_FILE:coupler>"
+                             TOY_FLOW="$<TARGET_FILE:solid_toy_flow>")
+  add_dependencies(test_solid_ranks solid_toy_flow coupler)
+endif()

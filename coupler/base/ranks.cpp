@@ -64,11 +64,15 @@ Fault current_fault() {
 
 [[noreturn]] void throw_fault(const Fault& fault) {
   switch (fault.code) {
-    case ExitCode::bad_case: throw CaseError(fault.text);
-    case ExitCode::link: throw LinkError(fault.text);
-    case ExitCode::numerics: throw NumericsError(fault.text);
+    case ExitCode::bad_case:
+      throw CaseError(fault.text);
+    case ExitCode::link:
+      throw LinkError(fault.text);
+    case ExitCode::numerics:
+      throw NumericsError(fault.text);
     case ExitCode::done:
-    case ExitCode::other: break;
+    case ExitCode::other:
+      break;
   }
   throw std::runtime_error(fault.text);
 }
@@ -99,14 +103,35 @@ void Ranks::wait_for_all() const {
   if (!alone()) MPI_Barrier(MPI_COMM_WORLD);
 }
 
+void Ranks::await_root() const {
+  if (alone()) return;
+  MPI_Request all_here = MPI_REQUEST_NULL;
+  MPI_Ibarrier(MPI_COMM_WORLD, &all_here);
+  constexpr auto longest = std::chrono::microseconds(200);
+  auto pause = std::chrono::microseconds(5);
+  int done = 0;
+  while (!root() && done == 0) {
+    MPI_Test(&all_here, &done, MPI_STATUS_IGNORE);
+    if (done == 0) std::this_thread::sleep_for(pause);
+    pause = std::min(2 * pause, longest);
+  }
+  MPI_Wait(&all_here, MPI_STATUS_IGNORE);
+}
+
 double Ranks::min_of_all(double value) const {
   if (!alone()) MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MIN, MPI_COMM_WORLD);
   return value;
 }
 
 double Ranks::max_of_all(double value) const {
-  if (!alone()) MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+  max_of_all(std::span<double>(&value, 1));
   return value;
+}
+
+void Ranks::max_of_all(std::span<double> values) const {
+  if (!alone())
+    MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_MAX,
+                  MPI_COMM_WORLD);
 }
 
 bool Ranks::any_of_all(bool value) const {
@@ -150,9 +175,8 @@ void Ranks::broadcast_bytes(std::span<std::byte> bytes, int root) const {
               MPI_BYTE, root, MPI_COMM_WORLD);
 }
 
-void Ranks::gather_bytes(
-    std::span<const std::byte> mine,
-    const std::function<std::span<std::byte>(int, std::size_t)>& room) const {
+void Ranks::gather_bytes(std::span<const std::byte> mine,
+                         const std::function<std::span<std::byte>(int, std::size_t)>& room) const {
   if (!root()) {
     const std::size_t bytes = mine.size();
     send(std::as_bytes(std::span<const std::size_t>(&bytes, 1)), 0);

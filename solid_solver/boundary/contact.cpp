@@ -56,7 +56,8 @@ ForceWork RigidWall::apply(const StepMotion& motion, std::span<double> residual)
       continue;
     }
     const double push = keys_.stiffness[k] * depth;
-    work.stored += 0.5 * push * depth;
+    const bool counts = motion.counts(index(keys_.nodes[k]));
+    if (counts) work.stored += 0.5 * push * depth;
     Vec3 force{};
     if (keys_.friction > 0.0) {
       Vec3 slide{};
@@ -64,8 +65,9 @@ ForceWork RigidWall::apply(const StepMotion& motion, std::span<double> residual)
       for (std::size_t i = 0; i < 3; ++i) across += keys_.normal[i] * motion.velocity[at + i];
       for (std::size_t i = 0; i < 3; ++i)
         slide[i] = (motion.velocity[at + i] - across * keys_.normal[i]) * motion.dt;
-      work.dissipated += advance_friction(&friction_[6 * k], slide, keys_.normal,
-                                          keys_.stiffness[k], keys_.friction * push, force);
+      const double rubbed = advance_friction(&friction_[6 * k], slide, keys_.normal,
+                                             keys_.stiffness[k], keys_.friction * push, force);
+      if (counts) work.dissipated += rubbed;
     }
     for (std::size_t i = 0; i < 3; ++i) residual[at + i] -= push * keys_.normal[i] + force[i];
   }

@@ -28,12 +28,14 @@ ForceWork DeadLoad::apply(const StepMotion& motion, std::span<double> residual) 
   const double mean = 0.5 * (last_[0] + now);
   last_[0] = now;
   double power = 0.0;
-  for (std::size_t k = 0; k < nodes_.size(); ++k)
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const bool counts = motion.counts(index(nodes_[k]));
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t at = 4 * index(nodes_[k]) + i;
       residual[at] -= now * forces_[3 * k + i];
-      power += forces_[3 * k + i] * motion.velocity[at];
+      if (counts) power += forces_[3 * k + i] * motion.velocity[at];
     }
+  }
   return {.external = mean * power * motion.dt};
 }
 
@@ -48,8 +50,10 @@ ForceWork Springs::apply(const StepMotion& motion, std::span<double> residual) {
       const double damper = set_.damping[k] * motion.velocity[at];
       residual[at] += set_.stiffness[k] * d + damper;
       double& old = last_[3 * k + i];
-      work.dissipated += 0.5 * (old + damper) * motion.velocity[at] * motion.dt;
-      work.stored += 0.5 * set_.stiffness[k] * d * d;
+      if (motion.counts(index(set_.nodes[k]))) {
+        work.dissipated += 0.5 * (old + damper) * motion.velocity[at] * motion.dt;
+        work.stored += 0.5 * set_.stiffness[k] * d * d;
+      }
       old = damper;
     }
   return work;
@@ -80,7 +84,7 @@ ForceWork MassDamping::apply(const StepMotion& motion, std::span<double> residua
       const double v = motion.velocity[4 * n + i];
       const double force = alpha_ * mass_[n] * v;
       residual[4 * n + i] += force;
-      power += 0.5 * (last_[3 * n + i] + force) * v;
+      if (motion.counts(n)) power += 0.5 * (last_[3 * n + i] + force) * v;
       last_[3 * n + i] = force;
     }
   return {.dissipated = power * motion.dt};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,17 +15,23 @@ struct StepMotion {
   double t_old = 0.0;                    ///< s
   double t_new = 0.0;                    ///< s
   double dt = 0.0;                       ///< s; 0 when forces are asked for at a standstill
+  /// [n] 0 where another rank counts what is done at the node; empty: all count here.
+  std::span<const std::uint8_t> counted;
+  [[nodiscard]] bool counts(std::size_t node) const {
+    return counted.empty() || counted[node] != 0;
+  }
 };
 
-/// What forces did in a step. Works are by the trapezoidal rule, which balances the kinetic energy
-/// of the scheme.
+/// What forces did in a step at the nodes that count. Works are by the trapezoidal rule, which
+/// balances the kinetic energy of the scheme.
 struct ForceWork {
   double stored = 0.0;      ///< J, potential now
   double dissipated = 0.0;  ///< J, in the step
   double external = 0.0;    ///< J, done on the body in the step
 };
 
-/// Forces on nodes beside those of elements and pressures; chosen by the case.
+/// Forces on nodes beside those of elements and pressures; chosen by the case. Among ranks every
+/// copy of a node gets the same force.
 class NodalForce {
  public:
   virtual ~NodalForce() = default;

@@ -29,18 +29,21 @@ std::string describe_cell(const SolidMesh& mesh, std::size_t cell) {
 }
 
 Assembly::Assembly(const SolidMesh& mesh, std::vector<Material> materials,
-                   std::vector<std::int32_t> material_of_tissue, const AssemblyOptions& options)
+                   std::vector<std::int32_t> material_of_tissue, const AssemblyOptions& options,
+                   std::shared_ptr<const MeshPart> part)
     : mesh_(mesh),
       materials_(std::move(materials)),
       material_of_tissue_(std::move(material_of_tissue)),
       options_(options),
       laws_(make_laws()),
       elements_(make_elements()),
+      team_(std::move(part)),
       buffers_(static_cast<std::size_t>(options.threads)) {
   choose_elements();
   build_blocks();
   build_colours();
   build_mass();
+  if (!team_.alone()) share_pressure_nodes();
 }
 
 void Assembly::choose_elements() {
@@ -70,12 +73,23 @@ void Assembly::build_blocks() {
     cells[{type, material.law, material.rate_dependent()}].push_back(
         static_cast<std::int64_t>(number));
   }
+  std::vector<std::uint8_t> at_border;
+  if (!team_.alone()) {
+    std::vector<std::uint8_t> shared(mesh_.n_nodes(), 0);
+    for (const auto& node : team_.part()->shared) shared[index(node.node)] = 1;
+    for (std::size_t number = 0; number < mesh_.n_cells(); ++number) {
+      const auto nodes = mesh_.cell(number).nodes;
+      at_border.push_back(std::any_of(nodes.begin(), nodes.end(),
+                                      [&](std::int32_t n) { return shared[index(n)] != 0; }));
+    }
+  }
   const ElementBlock::Parts parts{.mesh = mesh_,
                                   .materials = materials_,
                                   .material_of_tissue = material_of_tissue_,
                                   .viscosity = options_.viscosity,
                                   .hourglass = options_.hourglass,
-                                  .chunk_elements = options_.chunk_elements};
+                                  .chunk_elements = options_.chunk_elements,
+                                  .at_border = at_border};
   for (auto& [key, list] : cells) {
     const auto& type = elements_[std::get<0>(key)];
     blocks_.emplace_back(type, laws_[std::get<1>(key)], std::move(list), parts);
@@ -84,13 +98,26 @@ void Assembly::build_blocks() {
 }
 
 void Assembly::build_colours() {
+  colour_chunks(true);
+  n_border_colours_ = colours_.size();
+  colour_chunks(false);
+  std::size_t n_chunks = 0;
+  for (const auto& colour : colours_) n_chunks += colour.size();
+  sums_.resize(n_chunks);
+}
+
+/// Adds the colours of the chunks at the border to other ranks, or of the others.
+void Assembly::colour_chunks(bool border) {
   // Greedy: each chunk takes the first colour that none of its nodes has seen. 64 colours are far
   // beyond what compact chunks need (about 8); more would mean a chunk of scattered elements, which
   // then gets a colour of its own.
   std::vector<std::uint64_t> seen(mesh_.n_nodes(), 0);
-  std::size_t n_chunks = 0;
+  const std::size_t before = colours_.size();
   for (auto& block : blocks_) {
-    for (const auto& [begin, end] : block.chunks()) {
+    const std::size_t n_border = block.n_border_chunks();
+    const std::size_t last = border ? n_border : block.chunks().size();
+    for (std::size_t k = border ? 0 : n_border; k < last; ++k) {
+      const auto [begin, end] = block.chunks()[k];
       const auto span = block.nodes(begin, end);
       std::vector<std::int32_t> nodes(span.begin(), span.end());
       std::sort(nodes.begin(), nodes.end());
@@ -101,7 +128,6 @@ void Assembly::build_colours() {
                   .first_node = chunk_nodes_.size(),
                   .last_node = chunk_nodes_.size() + nodes.size()};
       chunk_nodes_.insert(chunk_nodes_.end(), nodes.begin(), nodes.end());
-      ++n_chunks;
       std::uint64_t taken = 0;
       for (const std::int32_t n : nodes) taken |= seen[index(n)];
       const auto colour = static_cast<std::size_t>(std::countr_one(taken));
@@ -109,12 +135,11 @@ void Assembly::build_colours() {
         colours_.push_back({chunk});
         continue;
       }
-      if (colour >= colours_.size()) colours_.resize(colour + 1);
-      colours_[colour].push_back(chunk);
+      if (before + colour >= colours_.size()) colours_.resize(before + colour + 1);
+      colours_[before + colour].push_back(chunk);
       for (const std::int32_t n : nodes) seen[index(n)] |= std::uint64_t{1} << colour;
     }
   }
-  sums_.resize(n_chunks);
 }
 
 void Assembly::build_mass() {
@@ -130,6 +155,45 @@ void Assembly::build_mass() {
       mass_[index(cell.nodes[a])] += material_of_cell(number).density * volumes[a];
       if (!type.planar) planar_[index(cell.nodes[a])] = false;
     }
+  }
+  if (team_.alone()) return;
+  team_.add_nodal(mass_);
+  std::vector<double> planar(planar_.begin(), planar_.end());
+  team_.take_least_nodal(planar);
+  for (std::size_t n = 0; n < planar.size(); ++n) planar_[n] = planar[n] != 0.0;
+}
+
+/// A pressure node belongs to the ranks that have cells of its element and material at its node.
+void Assembly::share_pressure_nodes() {
+  int channel = pressure_channel;
+  for (const auto& element : elements_) {  // all ranks count channels alike: by element and law
+    for (std::size_t law = 0; law < laws_.size(); ++law)
+      for (const bool rates : {false, true}) {
+        if (element.volumetric != Volumetric::nodal) continue;
+        const int own = channel++;
+        const auto found = std::find_if(blocks_.begin(), blocks_.end(), [&](const auto& block) {
+          return &block.type() == &element && &block.law() == &laws_[law] &&
+                 block.rate_dependent() == rates;
+        });
+        if (found == blocks_.end()) continue;
+        std::map<std::int32_t, const MeshPart::SharedNode*> shared;
+        for (const auto& node : team_.part()->shared) shared[node.node] = &node;
+        std::vector<SharedValues::Item> items;
+        for (const auto& p : found->pressure_nodes_in_order()) {
+          const auto node = shared.find(p.node);
+          if (node == shared.end()) continue;
+          SharedValues::Item item{.at = p.number};
+          for (const auto& h : node->second->holders) {
+            const auto* type = element_of_[static_cast<std::size_t>(h.shape)][index(h.tissue)];
+            if (type != &element || material_of_tissue_[index(h.tissue)] != p.material) continue;
+            if (item.ranks.empty() || item.ranks.back() != h.rank) item.ranks.push_back(h.rank);
+          }
+          if (item.ranks.size() > 1) items.push_back(std::move(item));
+        }
+        shared_pressures_.push_back(
+            {&*found, SharedValues(*team_.part()->ranks, own, items, 1, 1)});
+        shared_pressures_.back().values.add(found->nodal_volume());
+      }
   }
 }
 
@@ -154,31 +218,45 @@ bool Assembly::deformed(const Chunk& chunk, const double* displacement) const {
                      [&](std::int32_t p) { return view.nodal_volume_change[p] != 0.0; });
 }
 
+/// Inside a parallel region: adds the dilatations of a colour at its pressure nodes.
+void Assembly::add_volumes(std::vector<Chunk>& colour, const double* displacement) {
+  auto& buffer = buffers_[static_cast<std::size_t>(omp_get_thread_num())];
+#pragma omp for schedule(dynamic)
+  for (std::size_t k = 0; k < colour.size(); ++k) {
+    auto& block = *colour[k].block;
+    if (block.type().volumetric != Volumetric::nodal) continue;
+    if (!moved(colour[k], displacement)) continue;
+    const auto& element = element_kernels(block);
+    const auto& law = law_kernels(block);
+    const auto view = block.view();
+    for (auto b = colour[k].begin; b < colour[k].end; b += block.group()) {
+      const auto last = std::min(colour[k].end, b + block.group());
+      element.gradients(view, displacement, b, last, buffer);
+      law.dilatation(b, last, buffer);
+      element.add_volume(view, b, last, buffer);
+    }
+  }
+}
+
 /// Inside a parallel region: dilatation and pressure at the nodes of elements that average there.
-void Assembly::compute_nodal_pressures(const double* displacement) {
+void Assembly::compute_nodal_pressures(const double* displacement, Exchange exchange) {
   for (auto& block : blocks_) {
     if (block.type().volumetric != Volumetric::nodal) continue;
     auto& change = block.nodal_volume_change();
 #pragma omp for schedule(static)
     for (std::size_t a = 0; a < change.size(); ++a) change[a] = 0.0;
   }
-  auto& buffer = buffers_[static_cast<std::size_t>(omp_get_thread_num())];
-  for (auto& colour : colours_) {
-#pragma omp for schedule(dynamic)
-    for (std::size_t k = 0; k < colour.size(); ++k) {
-      auto& block = *colour[k].block;
-      if (block.type().volumetric != Volumetric::nodal) continue;
-      if (!moved(colour[k], displacement)) continue;
-      const auto& element = element_kernels(block);
-      const auto& law = law_kernels(block);
-      const auto view = block.view();
-      for (auto b = colour[k].begin; b < colour[k].end; b += block.group()) {
-        const auto last = std::min(colour[k].end, b + block.group());
-        element.gradients(view, displacement, b, last, buffer);
-        law.dilatation(b, last, buffer);
-        element.add_volume(view, b, last, buffer);
-      }
-    }
+  for (std::size_t c = 0; c < n_border_colours_; ++c) add_volumes(colours_[c], displacement);
+  if (exchange == Exchange::all) {
+#pragma omp master
+    for (auto& [block, values] : shared_pressures_) values.start(block->nodal_volume_change());
+  }
+  for (std::size_t c = n_border_colours_; c < colours_.size(); ++c)
+    add_volumes(colours_[c], displacement);
+  if (exchange == Exchange::all) {
+#pragma omp master
+    for (auto& [block, values] : shared_pressures_) values.finish(block->nodal_volume_change());
+#pragma omp barrier
   }
   for (auto& block : blocks_) {
     if (block.type().volumetric != Volumetric::nodal) continue;
@@ -209,29 +287,55 @@ void Assembly::run_chunk(const Chunk& chunk, const double* displacement, double*
   }
 }
 
+/// Inside a parallel region: forces of the chunks of a colour, the first of which is number
+/// `first`.
+void Assembly::run_colour(std::size_t colour, std::size_t first, const double* displacement,
+                          double* force, double inverse_step) {
+  auto& chunks = colours_[colour];
+  const int thread = omp_get_thread_num();
+  // MPI belongs to the thread that has started it.
+  const bool polls = thread == 0 && !team_.alone() && colour >= n_border_colours_;
+#pragma omp for schedule(dynamic)
+  for (std::size_t k = 0; k < chunks.size(); ++k) {
+    KernelSums sums;
+    if (deformed(chunks[k], displacement)) {
+      // Only steps in time leave a mark: probes of the stiffness move everything.
+      chunks[k].active = chunks[k].active || inverse_step > 0.0;
+      run_chunk(chunks[k], displacement, force, inverse_step,
+                buffers_[static_cast<std::size_t>(thread)], sums);
+    }
+    sums_[first + k] = sums;
+    if (polls) team_.forces()->poll();
+  }
+}
+
 ForceReport Assembly::compute_force(std::span<const double> displacement, std::span<double> force,
-                                    double inverse_step) {
+                                    double inverse_step, const std::function<void()>& add_more) {
 #pragma omp parallel num_threads(options_.threads)
   {
 #pragma omp for schedule(static)
     for (std::size_t i = 0; i < force.size(); ++i) force[i] = 0.0;
-    if (has_nodal_) compute_nodal_pressures(displacement.data());
-    auto& buffer = buffers_[static_cast<std::size_t>(omp_get_thread_num())];
+    if (has_nodal_) compute_nodal_pressures(displacement.data(), Exchange::all);
     std::size_t first = 0;
-    for (auto& colour : colours_) {
-#pragma omp for schedule(dynamic)
-      for (std::size_t k = 0; k < colour.size(); ++k) {
-        KernelSums sums;
-        if (deformed(colour[k], displacement.data())) {
-          // Only steps in time leave a mark: probes of the stiffness move everything.
-          colour[k].active = colour[k].active || inverse_step > 0.0;
-          run_chunk(colour[k], displacement.data(), force.data(), inverse_step, buffer, sums);
-        }
-        sums_[first + k] = sums;
+    const auto run_colours = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t c = begin; c < end; first += colours_[c++].size())
+        run_colour(c, first, displacement.data(), force.data(), inverse_step);
+    };
+    run_colours(0, n_border_colours_);
+    if (!team_.alone()) {
+#pragma omp master
+      {
+        if (add_more) add_more();
+        team_.forces()->start(force);
       }
-      first += colour.size();
+#pragma omp barrier
     }
+    run_colours(n_border_colours_, colours_.size());
   }
+  if (!team_.alone())
+    team_.forces()->finish(force);
+  else if (add_more)
+    add_more();
   ForceReport report;
   for (const auto& sums : sums_) {
     report.viscous_work += sums.viscous_work;
@@ -243,10 +347,15 @@ ForceReport Assembly::compute_force(std::span<const double> displacement, std::s
 }
 
 void Assembly::evaluate(std::span<const double> displacement, CellResults& results) {
+  evaluate(displacement, results, Exchange::all);
+}
+
+void Assembly::evaluate(std::span<const double> displacement, CellResults& results,
+                        Exchange exchange) {
   results.resize(mesh_.n_cells() * n_evaluated);
 #pragma omp parallel num_threads(options_.threads)
   {
-    if (has_nodal_) compute_nodal_pressures(displacement.data());
+    if (has_nodal_) compute_nodal_pressures(displacement.data(), exchange);
     auto& buffer = buffers_[static_cast<std::size_t>(omp_get_thread_num())];
     std::memset(buffer.hourglass, 0, sizeof buffer.hourglass);
     AlignedVector<double> batch(n_evaluated * batch_lanes);
@@ -273,7 +382,7 @@ void Assembly::evaluate(std::span<const double> displacement, CellResults& resul
 
 ElementPlace Assembly::find_worst(std::span<const double> displacement) {
   CellResults results;
-  evaluate(displacement, results);
+  evaluate(displacement, results, Exchange::none);  // the others may not be here
   ElementPlace place{.jacobian = std::numeric_limits<double>::infinity()};
   for (std::size_t cell = 0; cell < mesh_.n_cells(); ++cell) {
     const double jacobian = results[cell * n_evaluated + smallest_jacobian];
@@ -295,9 +404,11 @@ StepBound Assembly::element_step(std::span<const double> displacement) const {
     const auto cell = mesh_.cell(number);
     const auto& type = element_of(cell);
     const auto x = cell_positions(mesh_, cell.nodes, displacement.data());
-    const double transit = type.geometry.length(x.nodes()) / material_of_cell(number).sound_speed();
+    const double length = type.geometry.length(x.nodes());
+    const double transit = length / material_of_cell(number).sound_speed();
     if (type.step_factor * transit >= smallest.step) continue;
-    smallest = {.transit = transit, .step = type.step_factor * transit, .cell = number};
+    smallest = {
+        .transit = transit, .step = type.step_factor * transit, .length = length, .cell = number};
   }
   return smallest;
 }

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "solid_solver/elements/element_block.hpp"
+#include "solid_solver/parallel/team.hpp"
 
 namespace ocublast::solid {
 
@@ -44,6 +46,7 @@ struct ElementPlace {
 struct StepBound {
   double transit = 0.0;  ///< length / sound speed, s
   double step = 0.0;     ///< the element's factor times it, s
+  double length = 0.0;   ///< m
   std::size_t cell = 0;
 };
 
@@ -52,29 +55,34 @@ struct StepBound {
 
 /// Internal forces of all elements. Chunks are coloured so that no two of one colour share a node;
 /// colours run one after another and the order of additions at a node never changes: results do not
-/// depend on the number of threads, to the last bit.
+/// depend on the number of threads, to the last bit. Among ranks the elements at nodes that others
+/// have as well come first; their sums travel while the other elements are computed.
 class Assembly {
  public:
   /// The mesh must stay alive. Preconditions: ids in range, positive Jacobians, material per
-  /// tissue, known elements.
+  /// tissue, known elements. `part` is null where the mesh is whole; then nothing is collective.
   Assembly(const SolidMesh& mesh, std::vector<Material> materials,
-           std::vector<std::int32_t> material_of_tissue, const AssemblyOptions& options);
+           std::vector<std::int32_t> material_of_tissue, const AssemblyOptions& options,
+           std::shared_ptr<const MeshPart> part = nullptr);
   Assembly(const Assembly&) = delete;
   Assembly& operator=(const Assembly&) = delete;
 
   /// Internal force [n_nodes, 4] (N) at displacement [n_nodes, 4] (m), overwritten. inverse_step >
-  /// 0 adds bulk viscosity and overlays and advances their memory.
+  /// 0 adds bulk viscosity and overlays and advances their memory. `add_more` may add forces by
+  /// nodes of this rank's own facets; they are summed over the ranks with the elements'.
+  /// Collective; the report is this rank's.
   ForceReport compute_force(std::span<const double> displacement, std::span<double> force,
-                            double inverse_step);
-  /// Stress, strain and energy per cell at the displacement.
+                            double inverse_step, const std::function<void()>& add_more = {});
+  /// Stress, strain and energy per cell at the displacement. Collective.
   void evaluate(std::span<const double> displacement, CellResults& results);
+  [[nodiscard]] Team& team() { return team_; }
   /// Lumped mass per node, kg.
   [[nodiscard]] const std::vector<double>& nodal_mass() const { return mass_; }
   /// Nodes that only plane elements use: they stay in their plane.
   [[nodiscard]] const std::vector<bool>& planar_nodes() const { return planar_; }
-  /// Smallest Jacobian and its place, for messages.
+  /// Smallest Jacobian and its place among this rank's cells, for messages.
   [[nodiscard]] ElementPlace find_worst(std::span<const double> displacement);
-  /// The step by the elements' own rules in the current configuration.
+  /// The step by the elements' own rules in the current configuration; of this rank's cells.
   [[nodiscard]] StepBound element_step(std::span<const double> displacement) const;
   /// Bound of the damping ratio of the highest mode (omega, rad/s) by viscous materials.
   [[nodiscard]] double viscous_damping_ratio(double omega) const;
@@ -111,7 +119,9 @@ class Assembly {
   void choose_elements();
   void build_blocks();
   void build_colours();
+  void colour_chunks(bool border);
   void build_mass();
+  void share_pressure_nodes();
   [[nodiscard]] const ElementKernels& element_kernels(const ElementBlock& block) const {
     return block.type().kernels[static_cast<std::size_t>(options_.instruction_set)];
   }
@@ -120,7 +130,12 @@ class Assembly {
   }
   [[nodiscard]] bool moved(const Chunk& chunk, const double* displacement) const;
   [[nodiscard]] bool deformed(const Chunk& chunk, const double* displacement) const;
-  void compute_nodal_pressures(const double* displacement);
+  enum class Exchange { none, all };
+  void compute_nodal_pressures(const double* displacement, Exchange exchange);
+  void add_volumes(std::vector<Chunk>& colour, const double* displacement);
+  void run_colour(std::size_t colour, std::size_t first, const double* displacement, double* force,
+                  double inverse_step);
+  void evaluate(std::span<const double> displacement, CellResults& results, Exchange exchange);
   void run_chunk(const Chunk& chunk, const double* displacement, double* force, double inverse_step,
                  PointBuffer& buffer, KernelSums& sums) const;
 
@@ -132,7 +147,14 @@ class Assembly {
   std::vector<ElementType> elements_;
   std::array<std::vector<const ElementType*>, n_shapes> element_of_;  ///< per shape and tissue
   std::list<ElementBlock> blocks_;
+  Team team_;
   std::vector<std::vector<Chunk>> colours_;
+  std::size_t n_border_colours_ = 0;  ///< the first of them
+  struct SharedPressures {
+    ElementBlock* block;
+    SharedValues values;
+  };
+  std::vector<SharedPressures> shared_pressures_;
   std::vector<std::int32_t> chunk_nodes_;
   std::vector<double> mass_;
   std::vector<bool> planar_;

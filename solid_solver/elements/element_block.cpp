@@ -61,7 +61,15 @@ ElementBlock::ElementBlock(const ElementType& type, const MaterialLaw& law,
     n_terms_ = std::max(n_terms_, material.prony_ratios.size());
   }
   sort_along_curve(parts.mesh, cells);
-  pack(cells, std::max(lanes, parts.chunk_elements / lanes * lanes));
+  auto border = cells.begin();
+  if (!parts.at_border.empty())
+    border = std::stable_partition(cells.begin(), cells.end(), [&](std::int64_t cell) {
+      return parts.at_border[static_cast<std::size_t>(cell)] != 0;
+    });
+  const std::size_t chunk_elements = std::max(lanes, parts.chunk_elements / lanes * lanes);
+  pack({cells.begin(), border}, chunk_elements);
+  n_border_chunks_ = chunks_.size();
+  pack({border, cells.end()}, chunk_elements);
   const std::size_t n_batches = cell_.size() / lanes;
   nodes_.resize(n_batches * info(type_.shape).n_nodes * lanes);
   reference_.resize(n_batches * type_.n_reference * lanes);
@@ -81,7 +89,7 @@ ElementBlock::ElementBlock(const ElementType& type, const MaterialLaw& law,
   if (type_.volumetric == Volumetric::nodal) build_pressure_nodes(parts);
 }
 
-void ElementBlock::pack(const std::vector<std::int64_t>& cells, std::size_t chunk_elements) {
+void ElementBlock::pack(std::span<const std::int64_t> cells, std::size_t chunk_elements) {
   for (std::size_t first = 0; first < cells.size(); first += chunk_elements) {
     const std::size_t last = std::min(cells.size(), first + chunk_elements);
     const auto begin = static_cast<std::int64_t>(cell_.size() / lanes);
@@ -160,6 +168,7 @@ void ElementBlock::build_pressure_nodes(const Parts& parts) {
           numbers.try_emplace({nodes_[at], material}, static_cast<std::int32_t>(numbers.size()));
       if (added) {
         nodal_volume_.push_back(0.0);
+        pressure_node_of_.push_back({nodes_[at], material});
         nodal_constants_.insert(nodal_constants_.end(), constants.begin(), constants.end());
         nodal_constants_.resize(nodal_volume_.size() * law_.n_values());
       }
@@ -170,6 +179,16 @@ void ElementBlock::build_pressure_nodes(const Parts& parts) {
   }
   nodal_volume_change_.resize(nodal_volume_.size());
   nodal_pressure_.resize(nodal_volume_.size());
+}
+
+std::vector<ElementBlock::PressureNode> ElementBlock::pressure_nodes_in_order() const {
+  std::vector<PressureNode> list;
+  for (const auto& [node, material] : pressure_node_of_)
+    list.push_back({node, material, static_cast<std::int32_t>(list.size())});
+  std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.node, a.material) < std::pair(b.node, b.material);
+  });
+  return list;
 }
 
 std::span<const std::int32_t> ElementBlock::nodes(std::int64_t begin, std::int64_t end) const {
@@ -201,7 +220,7 @@ std::size_t ElementBlock::bytes() const {
   return 8 * (reference_.size() + constants_.size() + viscosity_.size() + memory_.size() +
               overlay_parameters_.size() + overlay_state_.size() + 3 * nodal_volume_.size() +
               nodal_constants_.size() + cell_.size()) +
-         4 * (nodes_.size() + pressure_nodes_.size());
+         4 * (nodes_.size() + pressure_nodes_.size() + 2 * pressure_node_of_.size());
 }
 
 }  // namespace ocublast::solid

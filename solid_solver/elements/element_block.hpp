@@ -38,6 +38,8 @@ class ElementBlock {
     BulkViscosity viscosity;
     HourglassControl hourglass;
     std::size_t chunk_elements = 128;
+    /// [n_cells] Cells at nodes shared with other ranks go first, in chunks of their own; or empty.
+    std::span<const std::uint8_t> at_border;
   };
   /// `cells` are numbered as in SolidMesh. Prony terms are as many as any material here has.
   ElementBlock(const ElementType& type, const MaterialLaw& law, std::vector<std::int64_t> cells,
@@ -46,6 +48,7 @@ class ElementBlock {
   [[nodiscard]] BlockView view();
   [[nodiscard]] const ElementType& type() const { return type_; }
   [[nodiscard]] const MaterialLaw& law() const { return law_; }
+  [[nodiscard]] bool rate_dependent() const { return rate_dependent_; }
   [[nodiscard]] std::int64_t n_batches() const {
     return static_cast<std::int64_t>(cell_.size() / batch_lanes);
   }
@@ -59,6 +62,8 @@ class ElementBlock {
   [[nodiscard]] const std::vector<std::pair<std::int64_t, std::int64_t>>& chunks() const {
     return chunks_;
   }
+  /// The first of them: those of cells at the border to other ranks.
+  [[nodiscard]] std::size_t n_border_chunks() const { return n_border_chunks_; }
   /// Nodes of the batches [begin, end), with repeats.
   [[nodiscard]] std::span<const std::int32_t> nodes(std::int64_t begin, std::int64_t end) const;
   /// Cell number of a slot (8 batch + lane), -1 for a filler.
@@ -67,10 +72,18 @@ class ElementBlock {
   [[nodiscard]] std::span<double> memory() { return memory_; }
   [[nodiscard]] std::span<double> overlay_state() { return overlay_state_; }
   [[nodiscard]] AlignedVector<double>& nodal_volume_change() { return nodal_volume_change_; }
+  [[nodiscard]] std::span<double> nodal_volume() { return nodal_volume_; }
+  /// Node and material of a pressure node, sorted.
+  struct PressureNode {
+    std::int32_t node;
+    std::int32_t material;
+    std::int32_t number;
+  };
+  [[nodiscard]] std::vector<PressureNode> pressure_nodes_in_order() const;
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  void pack(const std::vector<std::int64_t>& cells, std::size_t chunk_elements);
+  void pack(std::span<const std::int64_t> cells, std::size_t chunk_elements);
   void fill_slot(std::size_t slot, std::int64_t cell, bool filler, const Parts& parts);
   void fill_material(std::size_t slot, const Material& material, double length,
                      const BulkViscosity& viscosity);
@@ -85,6 +98,7 @@ class ElementBlock {
   bool rate_dependent_ = false;
   std::vector<std::int64_t> cell_;
   std::vector<std::pair<std::int64_t, std::int64_t>> chunks_;
+  std::size_t n_border_chunks_ = 0;
   AlignedVector<std::int32_t> nodes_;
   AlignedVector<double> reference_;
   AlignedVector<double> constants_;
@@ -93,6 +107,7 @@ class ElementBlock {
   AlignedVector<double> overlay_parameters_;
   AlignedVector<double> overlay_state_;
   AlignedVector<std::int32_t> pressure_nodes_;
+  std::vector<std::array<std::int32_t, 2>> pressure_node_of_;  ///< (node, material)
   AlignedVector<double> nodal_volume_;
   AlignedVector<double> nodal_volume_change_;
   AlignedVector<double> nodal_pressure_;

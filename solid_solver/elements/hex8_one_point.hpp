@@ -16,6 +16,7 @@ struct Hex8OnePoint {
   static constexpr bool planar = false;
   static constexpr bool axisymmetric = false;
   static constexpr double step_factor = 0.7;
+  static constexpr double cost = 0.5;
   template <int W>
   using Kernels = Hex8OnePointKernels<W>;
   static ElementGeometry geometry() { return hex8_one_point_geometry(); }

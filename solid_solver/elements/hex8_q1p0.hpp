@@ -16,6 +16,7 @@ struct Hex8Q1p0 {
   static constexpr bool planar = false;
   static constexpr bool axisymmetric = false;
   static constexpr double step_factor = 0.7;
+  static constexpr double cost = 1.0;
   template <int W>
   using Kernels = Hex8Kernels<W>;
   static ElementGeometry geometry() { return hex8_geometry(); }

@@ -16,6 +16,7 @@ struct Quad4Axisymmetric {
   static constexpr bool planar = true;
   static constexpr bool axisymmetric = true;
   static constexpr double step_factor = 0.7;
+  static constexpr double cost = 0.5;
   template <int W>
   using Kernels = IsoparametricKernels<W, 4, 4, Space::axisymmetric>;
   static ElementGeometry geometry() { return quad4_ring_geometry(); }

@@ -15,6 +15,7 @@ struct Quad4PlaneStrain {
   static constexpr bool planar = true;
   static constexpr bool axisymmetric = false;
   static constexpr double step_factor = 0.7;
+  static constexpr double cost = 0.5;
   template <int W>
   using Kernels = IsoparametricKernels<W, 4, 4, Space::plane_strain>;
   static ElementGeometry geometry() { return quad4_plane_geometry(); }

@@ -15,6 +15,7 @@ struct Tet10 {
   static constexpr bool planar = false;
   static constexpr bool axisymmetric = false;
   static constexpr double step_factor = 0.33;
+  static constexpr double cost = 1.0;
   template <int W>
   using Kernels = IsoparametricKernels<W, 10, 4, Space::solid>;
   static ElementGeometry geometry() { return tet10_geometry(); }

@@ -15,6 +15,7 @@ struct Wedge6 {
   static constexpr bool planar = false;
   static constexpr bool axisymmetric = false;
   static constexpr double step_factor = 0.7;
+  static constexpr double cost = 0.8;
   template <int W>
   using Kernels = IsoparametricKernels<W, 6, 6, Space::solid>;
   static ElementGeometry geometry() { return wedge6_geometry(); }

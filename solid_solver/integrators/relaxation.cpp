@@ -28,30 +28,33 @@ SolidRun::Relaxed SolidRun::relax(double tolerance, std::size_t most_steps) {
     const StepTimes times{.t_old = state_.time, .t_new = state_.time, .dt = dt};
     predict(times);
     impose_prescribed(times);
-    if (assembly_->compute_force(state_.displacement, residual_, endless).bad)
-      report_inverted(state_.time);
-    double internal = 0.0;  // with the reactions of supports, which bear prescribed motions
-    for (const double force : residual_) internal += force * force;
+    check_inverted(assembly_->compute_force(state_.displacement, residual_, endless).bad,
+                   state_.time);
+    enum { internal, kinetic, left };
+    std::array<double, left + 1> sum{};
+    // With the reactions of supports, which bear prescribed motions.
+    for (std::size_t i = 0; i < residual_.size(); ++i)
+      if (team().counts(i / 4)) sum[internal] += residual_[i] * residual_[i];
     WindowResult unused;
-    apply_loads(window, times, unused);
+    add_partial([&](std::span<double> residual) { apply_loads(window, times, unused, residual); });
     apply_forces({.t_old = state_.time, .t_new = state_.time, .dt = 0.0});
     reduce_residual();
     correct(dt);
     finish_prescribed(times);
-    double kinetic = 0.0;
-    double left = 0.0;
     for (std::size_t i = 0; i < residual_.size(); ++i) {
-      if (inverse_mass_[i] == 0.0) continue;
-      kinetic += state_.velocity[i] * state_.velocity[i] / inverse_mass_[i];
-      left += residual_[i] * residual_[i];
+      if (inverse_mass_[i] == 0.0 || !team().counts(i / 4)) continue;
+      sum[kinetic] += state_.velocity[i] * state_.velocity[i] / inverse_mass_[i];
+      sum[left] += residual_[i] * residual_[i];
     }
-    result.residual = internal > 0.0 ? std::sqrt(left / internal) : (left > 0.0 ? 1.0 : 0.0);
+    team().sum(sum);
+    result.residual =
+        sum[internal] > 0.0 ? std::sqrt(sum[left] / sum[internal]) : (sum[left] > 0.0 ? 1.0 : 0.0);
     if (result.residual <= tolerance) break;
-    if (kinetic < last_kinetic) {
+    if (sum[kinetic] < last_kinetic) {
       std::fill(state_.velocity.begin(), state_.velocity.end(), 0.0);
-      kinetic = 0.0;
+      sum[kinetic] = 0.0;
     }
-    last_kinetic = kinetic;
+    last_kinetic = sum[kinetic];
     steps_since_renewal_ += 1;
     if (result.steps % look_every == 0) look_at_configuration();
   }

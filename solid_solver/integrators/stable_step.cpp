@@ -11,10 +11,11 @@ namespace {
 
 using Vector = AlignedVector<double>;
 
-double dot(const Vector& a, const Vector& b) {
+double dot(const Vector& a, const Vector& b, const Team& team) {
   double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (team.counts(i / 4)) sum += a[i] * b[i];
+  return team.sum(sum);
 }
 
 void add_scaled(Vector& y, double s, const Vector& x) {
@@ -25,12 +26,15 @@ void scale(Vector& y, double s) {
   for (auto& value : y) value *= s;
 }
 
-/// Rough in space, so that the stiffest modes are in it; the same in every run.
-Vector start_vector(const Vector& root) {
+/// Rough in space, so that the stiffest modes are in it; the same in every run, by the numbers of
+/// the whole mesh's nodes.
+Vector start_vector(const Vector& root, const Team& team) {
   Vector v(root.size());
   std::uint64_t bits = 0x9e3779b97f4a7c15u;
+  std::size_t drawn = 0;
   for (std::size_t i = 0; i < v.size(); ++i) {
-    bits = bits * 6364136223846793005u + 1442695040888963407u;
+    for (const std::size_t number = 4 * team.number(i / 4) + i % 4; drawn <= number; ++drawn)
+      bits = bits * 6364136223846793005u + 1442695040888963407u;
     v[i] = root[i] > 0.0 ? static_cast<double>(bits >> 11) * 0x1p-53 - 0.5 : 0.0;
   }
   return v;
@@ -53,12 +57,12 @@ constexpr double converged_change =
 }  // namespace
 
 Frequency largest_frequency(std::span<const double> inverse_mass, const StiffnessProduct& product,
-                            int products) {
+                            int products, const Team& team) {
   const std::size_t n = inverse_mass.size();
   Vector root(n);  // M^-1/2: Lanczos on M^-1/2 K M^-1/2 is Lanczos on M^-1 K in the M inner product
   for (std::size_t i = 0; i < n; ++i) root[i] = std::sqrt(inverse_mass[i]);
-  std::vector<Vector> basis{start_vector(root)};
-  const double norm = std::sqrt(dot(basis[0], basis[0]));
+  std::vector<Vector> basis{start_vector(root, team)};
+  const double norm = std::sqrt(dot(basis[0], basis[0], team));
   if (norm == 0.0) return {};
   scale(basis[0], 1.0 / norm);
   std::vector<double> alpha;
@@ -71,14 +75,14 @@ Frequency largest_frequency(std::span<const double> inverse_mass, const Stiffnes
     for (std::size_t i = 0; i < n; ++i) x[i] = root[i] * v[i];
     product(x, w);
     for (std::size_t i = 0; i < n; ++i) w[i] *= root[i];
-    alpha.push_back(dot(w, v));
+    alpha.push_back(dot(w, v, team));
     for (int pass = 0; pass < 2; ++pass)
-      for (const auto& b : basis) add_scaled(w, -dot(w, b), b);
+      for (const auto& b : basis) add_scaled(w, -dot(w, b, team), b);
     const double omega = std::sqrt(std::max(0.0, largest_eigenvalue(alpha, beta)));
     found.last_change = omega > 0.0 ? std::abs(omega - found.omega) / omega : 0.0;
     found.omega = omega;
     found.products = k + 1;
-    const double next = std::sqrt(dot(w, w));
+    const double next = std::sqrt(dot(w, w, team));
     if (k + 1 >= products && found.last_change < converged_change) break;
     if (next <= 1e-12 * std::abs(alpha.front())) break;  // the whole space is spanned
     beta.push_back(next);

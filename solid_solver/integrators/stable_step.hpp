@@ -4,6 +4,8 @@
 #include <functional>
 #include <span>
 
+#include "solid_solver/parallel/team.hpp"
+
 namespace ocublast::solid {
 
 /// y = K x on nodal arrays [n, 4].
@@ -20,8 +22,10 @@ struct Frequency {
 /// by less than 1e-4. The start vector is fixed, so the result is the same in every run. An
 /// underestimate: the largest Ritz value approaches from below.
 /// inverse_mass [n, 4] is 0 for fixed directions and the unused fourth.
+/// Collective among the ranks of a team; the same bits on all.
 [[nodiscard]] Frequency largest_frequency(std::span<const double> inverse_mass,
-                                          const StiffnessProduct& product, int products);
+                                          const StiffnessProduct& product, int products,
+                                          const Team& team = {});
 
 /// Largest step of the central difference scheme with bulk viscosity, dt = 2/omega (sqrt(1 + xi^2)
 /// - xi), xi the damping ratio of the highest mode (Belytschko, Liu & Moran 2000, section 6.2).

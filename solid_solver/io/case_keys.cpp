@@ -236,6 +236,7 @@ SolidCase read_solid_case(CaseReader& reader) {
   read_histories(solid, names, result);
   read_interface(solid, names, result);
   if (have_mesh) check_supports(solid, result.setup);
+  result.whole_mesh = result.setup.mesh;
   return result;
 }
 

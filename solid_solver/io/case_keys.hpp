@@ -39,8 +39,12 @@ struct EquilibriumKeys {
 struct SolidCase {
   CaseCommon common;
   SolidSetup setup;
-  std::string interface;  ///< face set of the coupled surface; empty when there is none
-  bool coupled = false;   ///< the case has [coupling]
+  /// The mesh as read; the set-up's own is a part of it among several ranks. Null on ranks but the
+  /// root then.
+  std::shared_ptr<const SolidMesh> whole_mesh;
+  double imbalance = 1.0;  ///< cost of the dearest rank over the mean
+  std::string interface;   ///< face set of the coupled surface; empty when there is none
+  bool coupled = false;    ///< the case has [coupling]
   OutputKeys output;
   EquilibriumKeys equilibrium;
   std::vector<HistoryKeys> histories;

@@ -32,8 +32,8 @@ std::string step_name(std::size_t step) {
 }
 
 /// Values of one cell field for cells [begin, end), in single precision (files for the eye).
-std::vector<float> gather(const CellField& field, const SolidMesh& mesh, const CellResults& cells,
-                          std::size_t begin, std::size_t end) {
+std::vector<float> gather(const CellField& field, const SolidMesh& mesh,
+                          std::span<const double> cells, std::size_t begin, std::size_t end) {
   std::vector<float> values;
   values.reserve((end - begin) * field.width);
   const std::string_view name = field.name;
@@ -85,9 +85,8 @@ void FieldOutput::write_mesh_file(const SolidMesh& mesh) {
   file.close();
 }
 
-void FieldOutput::write_step(const std::filesystem::path& path, const SolidRun& run,
-                             const CellResults& cells) const {
-  const auto& mesh = run.mesh();
+void FieldOutput::write_step(const std::filesystem::path& path, const StateView& state) const {
+  const auto& mesh = *state.mesh;
   const std::size_t n = mesh.n_nodes();
   auto file = Hdf5File::create(path);
   std::vector<float> values(3 * n);
@@ -96,15 +95,14 @@ void FieldOutput::write_step(const std::filesystem::path& path, const SolidRun& 
   };
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t i = 0; i < 3; ++i)
-      values[3 * a + i] =
-          static_cast<float>(mesh.nodes[3 * a + i] + run.state().displacement[4 * a + i]);
+      values[3 * a + i] = static_cast<float>(mesh.nodes[3 * a + i] + state.displacement[4 * a + i]);
   file.write("position", values, {n, 3}, "m");
   for (const auto& field : node_fields) {
     if (!wanted(field.name)) continue;
     const std::string_view name = field.name;
-    const auto& from = name == "velocity"       ? run.state().velocity
-                       : name == "acceleration" ? run.state().acceleration
-                                                : run.state().displacement;
+    const auto from = name == "velocity"       ? state.velocity
+                      : name == "acceleration" ? state.acceleration
+                                               : state.displacement;
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t i = 0; i < 3; ++i) values[3 * a + i] = static_cast<float>(from[4 * a + i]);
     file.write(field.name, values, {n, 3}, field.units);
@@ -116,8 +114,8 @@ void FieldOutput::write_step(const std::filesystem::path& path, const SolidRun& 
       const std::vector<std::size_t> shape =
           field.width == 1 ? std::vector<std::size_t>{end - begin}
                            : std::vector<std::size_t>{end - begin, field.width};
-      file.write(fmt::format("{}/{}", group, field.name), gather(field, mesh, cells, begin, end),
-                 shape, field.units);
+      file.write(fmt::format("{}/{}", group, field.name),
+                 gather(field, mesh, state.cells, begin, end), shape, field.units);
     };
     for (const auto& shape : shapes) {
       const std::size_t begin = mesh.first_cell(shape.shape);
@@ -127,11 +125,11 @@ void FieldOutput::write_step(const std::filesystem::path& path, const SolidRun& 
   file.close();
 }
 
-void FieldOutput::write(const SolidRun& run, const CellResults& cells) {
-  if (times_.empty()) write_mesh_file(run.mesh());
-  write_step(out_ / step_name(times_.size()), run, cells);
-  times_.push_back(run.state().time);
-  replace_file(out_ / "solid.xmf", document(run.mesh()));
+void FieldOutput::write(const StateView& state) {
+  if (times_.empty()) write_mesh_file(*state.mesh);
+  write_step(out_ / step_name(times_.size()), state);
+  times_.push_back(state.time);
+  replace_file(out_ / "solid.xmf", document(*state.mesh));
 }
 
 std::string FieldOutput::grid(const SolidMesh& mesh, std::size_t step,

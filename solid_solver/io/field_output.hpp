@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solid_solver/step.hpp"
+#include "solid_solver/parallel/whole_state.hpp"
 
 namespace ocublast::solid {
 
@@ -15,7 +15,9 @@ class FieldOutput {
  public:
   FieldOutput(std::filesystem::path out, std::vector<std::string> fields);
 
-  void write(const SolidRun& run, const CellResults& cells);
+  void write(const StateView& state);
+  /// On ranks that do not write: notes that another does.
+  void skip(double time) { times_.push_back(time); }
   /// Times written so far, s; for checkpoints.
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
   /// Goes on after these times; later files are written over.
@@ -23,8 +25,7 @@ class FieldOutput {
 
  private:
   void write_mesh_file(const SolidMesh& mesh);
-  void write_step(const std::filesystem::path& file, const SolidRun& run,
-                  const CellResults& cells) const;
+  void write_step(const std::filesystem::path& file, const StateView& state) const;
   [[nodiscard]] std::string grid(const SolidMesh& mesh, std::size_t step,
                                  const ShapeInfo& shape) const;
   [[nodiscard]] std::string document(const SolidMesh& mesh) const;

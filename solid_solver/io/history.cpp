@@ -77,7 +77,9 @@ const std::vector<std::string>& columns_of(const HistoryKeys& keys) {
                                   : node_columns;
 }
 
-std::size_t nearest_cell(const SolidMesh& mesh, const std::vector<double>& x) {
+/// The cell nearest to a place, alone in a list on the rank that has it; elsewhere none.
+std::vector<std::size_t> nearest_cell(const SolidMesh& mesh, const Team& team,
+                                      const std::vector<double>& x) {
   std::size_t found = 0;
   double least = 1e300;
   for (std::size_t c = 0; c < mesh.n_cells(); ++c) {
@@ -87,7 +89,10 @@ std::size_t nearest_cell(const SolidMesh& mesh, const std::vector<double>& x) {
     least = d;
     found = c;
   }
-  return found;
+  const bool near = team.least(least) == least;
+  const auto number = static_cast<double>(team.cell_number(found));
+  if (team.least(near ? number : 1e300) != number) return {};
+  return {found};
 }
 
 }  // namespace
@@ -102,9 +107,11 @@ std::vector<History::Item> History::make_items(const SolidRun& run, const SolidC
         if (mesh.tissues[static_cast<std::size_t>(mesh.tissue_of(c))] == keys.tissue)
           item.cells.push_back(c);
     } else if (!keys.position.empty()) {
-      item.cells = {nearest_cell(mesh, keys.position)};
+      item.cells = nearest_cell(mesh, run.team(), keys.position);
     } else {
-      item.nodes = mesh.node_sets.at(keys.nodes);
+      for (const auto n : mesh.node_sets.at(keys.nodes))
+        if (run.team().counts(static_cast<std::size_t>(n))) item.nodes.push_back(n);
+      item.n_nodes = run.team().sum(static_cast<double>(item.nodes.size()));
     }
     for (const auto c : item.cells) item.volumes.push_back(cell_volume(mesh, c));
     items.push_back(std::move(item));
@@ -131,16 +138,20 @@ void History::sample(SolidRun& run, const CellResults& cells) {
   const auto e = run.compute_energies(cells);
   const auto p = run.momenta();
   const auto& state = run.state();
+  const auto& team = run.team();
   std::array<double, 3> mean{};
-  double displacement = 0.0;
-  double speed = 0.0;
+  std::array<double, 2> largest{};  // squares of displacement and speed
+  const auto n_nodes = static_cast<double>(team.n_nodes(state.n_nodes()));
   for (std::size_t n = 0; n < state.n_nodes(); ++n) {
+    if (!team.counts(n)) continue;
     const double* d = &state.displacement[4 * n];
     const double* v = &state.velocity[4 * n];
-    for (std::size_t i = 0; i < 3; ++i) mean[i] += d[i] / static_cast<double>(state.n_nodes());
-    displacement = std::max(displacement, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    speed = std::max(speed, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    for (std::size_t i = 0; i < 3; ++i) mean[i] += d[i] / n_nodes;
+    largest[0] = std::max(largest[0], d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    largest[1] = std::max(largest[1], v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
+  team.sum(mean);
+  team.most(largest);
   globals_.add({state.time,
                 e.kinetic,
                 e.internal,
@@ -161,42 +172,43 @@ void History::sample(SolidRun& run, const CellResults& cells) {
                 mean[0],
                 mean[1],
                 mean[2],
-                std::sqrt(displacement),
-                std::sqrt(speed),
+                std::sqrt(largest[0]),
+                std::sqrt(largest[1]),
                 run.stable_step()});
   std::vector<double> row{state.time};
   for (const auto& item : items_)
-    if (item.nodes.empty())
-      sample_cells(item, cells, row);
+    if (item.keys.nodes.empty())
+      sample_cells(item, team, cells, row);
     else
       sample_nodes(item, run, row);
   probes_.add(row);
 }
 
-void History::sample_cells(const Item& item, const CellResults& cells,
+void History::sample_cells(const Item& item, const Team& team, const CellResults& cells,
                            std::vector<double>& row) const {
-  CellScalars least{1e300, 1e300, 1e300, 1e300};
-  CellScalars most{-1e300, -1e300, -1e300, -1e300};
-  CellScalars sum;
-  double volume = 0.0;
+  enum { least_pressure, pressure, von_mises, principal_stress, principal_strain };
+  std::array<double, principal_strain + 1> most{};  // of the least pressure its negative
+  most.fill(-1e300);
+  std::array<double, 3> sum{};  // pressure, von Mises, volume
   for (std::size_t k = 0; k < item.cells.size(); ++k) {
     const auto s = cell_scalars(&cells[item.cells[k] * n_evaluated]);
-    least.pressure = std::min(least.pressure, s.pressure);
-    most.pressure = std::max(most.pressure, s.pressure);
-    most.von_mises = std::max(most.von_mises, s.von_mises);
-    most.principal_stress = std::max(most.principal_stress, s.principal_stress);
-    most.principal_strain = std::max(most.principal_strain, s.principal_strain);
-    sum.pressure += item.volumes[k] * s.pressure;
-    sum.von_mises += item.volumes[k] * s.von_mises;
-    volume += item.volumes[k];
+    most[least_pressure] = std::max(most[least_pressure], -s.pressure);
+    most[pressure] = std::max(most[pressure], s.pressure);
+    most[von_mises] = std::max(most[von_mises], s.von_mises);
+    most[principal_stress] = std::max(most[principal_stress], s.principal_stress);
+    most[principal_strain] = std::max(most[principal_strain], s.principal_strain);
+    sum[0] += item.volumes[k] * s.pressure;
+    sum[1] += item.volumes[k] * s.von_mises;
+    sum[2] += item.volumes[k];
   }
+  team.most(most);
+  team.sum(sum);
   if (item.keys.tissue.empty())
     row.insert(row.end(),
-               {most.pressure, most.von_mises, most.principal_stress, most.principal_strain});
+               {most[pressure], most[von_mises], most[principal_stress], most[principal_strain]});
   else
-    row.insert(row.end(),
-               {least.pressure, sum.pressure / volume, most.pressure, sum.von_mises / volume,
-                most.von_mises, most.principal_stress, most.principal_strain});
+    row.insert(row.end(), {-most[least_pressure], sum[0] / sum[2], most[pressure], sum[1] / sum[2],
+                           most[von_mises], most[principal_stress], most[principal_strain]});
 }
 
 void History::sample_nodes(const Item& item, const SolidRun& run, std::vector<double>& row) const {
@@ -204,9 +216,10 @@ void History::sample_nodes(const Item& item, const SolidRun& run, std::vector<do
   for (const auto n : item.nodes)
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t at = 4 * static_cast<std::size_t>(n) + i;
-      mean[i] += run.state().displacement[at] / static_cast<double>(item.nodes.size());
-      mean[3 + i] += run.state().velocity[at] / static_cast<double>(item.nodes.size());
+      mean[i] += run.state().displacement[at] / item.n_nodes;
+      mean[3 + i] += run.state().velocity[at] / item.n_nodes;
     }
+  run.team().sum(mean);
   row.insert(row.end(), mean.begin(), mean.end());
   row.push_back(std::hypot(mean[0], mean[1], mean[2]));
 }

@@ -17,12 +17,13 @@ struct Quantity {
   std::string unit;
 };
 
-/// The two tables of a run: globals (energies, momenta, mean motion) and probes (histories).
+/// The two tables of a run: globals (energies, momenta, mean motion) and probes (histories). Every
+/// rank holds the same rows.
 class History {
  public:
   History(const SolidRun& run, const SolidCase& from);
 
-  /// One row in each table from the current state and cell results.
+  /// One row in each table from the current state and cell results. Collective.
   void sample(SolidRun& run, const CellResults& cells);
   void write(const std::filesystem::path& out);
   /// Peaks and running means for the summary.
@@ -34,14 +35,16 @@ class History {
  private:
   struct Item {
     HistoryKeys keys;
-    std::vector<std::size_t> cells;  ///< tissue: its cells; position: the nearest one
-    std::vector<double> volumes;     ///< m^3, reference
-    std::vector<std::int32_t> nodes;
-    std::size_t column = 0;  ///< first of its columns
+    std::vector<std::size_t> cells;   ///< tissue: its cells; position: the nearest one; those here
+    std::vector<double> volumes;      ///< m^3, reference
+    std::vector<std::int32_t> nodes;  ///< of the set, those that count here
+    double n_nodes = 0.0;             ///< of the set, on all ranks
+    std::size_t column = 0;           ///< first of its columns
   };
   [[nodiscard]] static std::vector<std::string> probe_columns(std::vector<Item>& items);
   [[nodiscard]] static std::vector<Item> make_items(const SolidRun& run, const SolidCase& from);
-  void sample_cells(const Item& item, const CellResults& cells, std::vector<double>& row) const;
+  void sample_cells(const Item& item, const Team& team, const CellResults& cells,
+                    std::vector<double>& row) const;
   void sample_nodes(const Item& item, const SolidRun& run, std::vector<double>& row) const;
   void add_quantities(const Item& item, std::vector<Quantity>& list) const;
 

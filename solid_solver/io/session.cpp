@@ -4,24 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "coupler/base/hdf5_file.hpp"
+#include "solid_solver/mesh/wet_surface.hpp"
 
 namespace ocublast::solid {
 namespace {
 
 constexpr const char* isa_names[] = {"baseline", "avx2", "avx512"};
-
-std::string element_counts(SolidRun& run) {
-  std::map<std::string, std::size_t> counts;
-  for (const auto& block : run.assembly().blocks()) counts[block.type().name] += block.n_elements();
-  std::string text;
-  for (const auto& [name, n] : counts)
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", n, name);
-  return text;
-}
 
 }  // namespace
 
@@ -39,6 +30,7 @@ Session::Session(SolidCase from, Options options, std::shared_ptr<spdlog::logger
       options_(std::move(options)),
       log_(std::move(log)),
       run_(case_.setup),
+      whole_(case_.whole_mesh, run_),
       history_(run_, case_),
       fields_(options_.out, case_.output.fields) {
   find_equilibrium();
@@ -96,11 +88,16 @@ void Session::write_due(bool last) {
     if (rows) progress_.next_history = next_due(t, case_.output.history_every);
   }
   const Stopwatch watch(wall_.output);
-  if (fields) {
-    if (fields_.times().empty() || fields_.times().back() < t) fields_.write(run_, cells_);
-    progress_.next_field = next_due(t, case_.output.every);
-    history_.write(options_.out);
+  if (!fields) return;
+  progress_.next_field = next_due(t, case_.output.every);
+  if (fields_.times().empty() || fields_.times().back() < t) {
+    const auto state = whole_.gather(run_, cells_);
+    if (root())
+      fields_.write(state);
+    else
+      fields_.skip(t);
   }
+  if (root()) history_.write(options_.out);
 }
 
 void Session::write_checkpoint_to(const std::filesystem::path& directory) {
@@ -115,30 +112,48 @@ void Session::resume_from(const std::filesystem::path& directory) {
 }
 
 std::string Session::bounded_by() {
-  const auto bound = run_.assembly().element_step(run_.state().displacement);
-  return fmt::format("{}, L/c = {:.4g} s; step {:.3f} L/c", describe_cell(run_.mesh(), bound.cell),
-                     bound.transit, run_.stable_step() / bound.transit);
+  const auto bound = run_.smallest_element();
+  return fmt::format("{}, L/c = {:.4g} s; step {:.3f} L/c", bound.place, bound.transit,
+                     run_.stable_step() / bound.transit);
+}
+
+std::string Session::element_counts() {
+  std::string text;
+  for (const auto& type : make_elements()) {
+    double n = 0.0;
+    for (const auto& block : run_.assembly().blocks())
+      if (block.type().name == type.name) n += static_cast<double>(block.n_elements());
+    n = run_.team().sum(n);
+    if (n > 0.0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", n, type.name);
+  }
+  return text;
 }
 
 void Session::write_summary() {
   nlohmann::json quantities = nlohmann::json::array();
   for (const auto& q : history_.quantities())
     quantities.push_back({{"name", q.name}, {"value", q.value}, {"unit", q.unit}});
-  const double updates = run_.sums().steps * static_cast<double>(run_.mesh().n_cells());
+  const auto& team = run_.team();
+  const double bytes = team.sum(static_cast<double>(run_.assembly().bytes()));
+  const auto bound = bounded_by();
+  if (!root()) return;
+  const auto n_cells = static_cast<double>(whole_.mesh().n_cells());
+  const double updates = run_.sums().steps * n_cells;
   const double total =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   const nlohmann::json performance{
-      {"solid_elements", run_.mesh().n_cells()},
-      {"solid_nodes", run_.mesh().n_nodes()},
+      {"solid_elements", whole_.mesh().n_cells()},
+      {"solid_nodes", whole_.mesh().n_nodes()},
       {"solid_steps", run_.sums().steps},
       {"solid_steps_slept", run_.sums().steps_slept},
       {"solid_elements_per_s", wall_.compute > 0.0 ? updates / wall_.compute : 0.0},
+      {"solid_ranks", team.size()},
+      {"solid_rank_imbalance", case_.imbalance},
       {"solid_threads", run_.assembly().threads()},
       {"solid_kernels", isa_names[static_cast<std::size_t>(run_.assembly().instruction_set())]},
-      {"solid_bytes_per_element",
-       static_cast<double>(run_.assembly().bytes()) / static_cast<double>(run_.mesh().n_cells())},
+      {"solid_bytes_per_element", bytes / n_cells},
       {"solid_stable_step_s", run_.stable_step()},
-      {"solid_bounded_by", bounded_by()},
+      {"solid_bounded_by", bound},
       {"solid_wall_s", total},
       {"solid_wall_compute_s", wall_.compute},
       {"solid_wall_tables_s", wall_.tables},
@@ -151,19 +166,30 @@ void Session::write_summary() {
 }
 
 std::string Session::describe() {
+  const auto& team = run_.team();
   double mass = 0.0;
-  for (const double m : run_.nodal_mass()) mass += m;
+  for (std::size_t n = 0; n < run_.nodal_mass().size(); ++n)
+    if (team.counts(n)) mass += run_.nodal_mass()[n];
+  mass = team.sum(mass);
+  const auto counts = element_counts();
+  const auto bound = bounded_by();
+  if (!root()) return {};
   std::string text = fmt::format(
       "solid: {} elements ({}), {} nodes, {} tissues, {:.6g} kg, {} threads, {} kernels\n",
-      run_.mesh().n_cells(), element_counts(run_), run_.mesh().n_nodes(),
-      run_.mesh().tissues.size(), mass, run_.assembly().threads(),
+      whole_.mesh().n_cells(), counts, whole_.mesh().n_nodes(), whole_.mesh().tissues.size(), mass,
+      run_.assembly().threads(),
       isa_names[static_cast<std::size_t>(run_.assembly().instruction_set())]);
+  if (!team.alone())
+    text += fmt::format("{} ranks, the dearest at {:.3f} of the mean cost\n", team.size(),
+                        case_.imbalance);
   text += fmt::format("stable step {:.4g} s, {:.0f} steps to {:.4g} s; bounded by {}\n",
                       run_.stable_step(), std::ceil(case_.common.end_time / run_.stable_step()),
-                      case_.common.end_time, bounded_by());
-  if (!case_.setup.interface.empty())
+                      case_.common.end_time, bound);
+  if (!case_.interface.empty()) {
+    const auto surface = make_wet_surface(whole_.mesh(), case_.interface);
     text += fmt::format("interface {}: {} facets, {} vertices\n", case_.interface,
-                        case_.setup.interface.size(), run_.interface_nodes().size());
+                        whole_.mesh().face_sets.at(case_.interface).size(), surface.nodes.size());
+  }
   return text;
 }
 

@@ -36,7 +36,8 @@ class Stopwatch {
   std::chrono::steady_clock::time_point begin_;
 };
 
-/// A run with its tables, fields, checkpoints and summary, alone or coupled.
+/// A run with its tables, fields, checkpoints and summary, alone or coupled, on one rank or several
+/// (then every rank has a session and calls the same).
 class Session {
  public:
   struct Options {
@@ -48,6 +49,9 @@ class Session {
 
   [[nodiscard]] SolidRun& run() { return run_; }
   [[nodiscard]] const SolidCase& solid_case() const { return case_; }
+  [[nodiscard]] bool root() const { return run_.team().root(); }
+  /// As read, before it was cut among ranks; null elsewhere than on the root.
+  [[nodiscard]] const SolidMesh* whole_mesh() const { return case_.whole_mesh.get(); }
   [[nodiscard]] std::uint64_t case_hash() const { return options_.case_hash; }
   [[nodiscard]] RunProgress& progress() { return progress_; }
   [[nodiscard]] WallSplit& wall() { return wall_; }
@@ -55,7 +59,8 @@ class Session {
 
   /// Advances over a window and counts it.
   WindowResult advance(const Window& window);
-  /// Rows and fields that are due at the current time; everything when `last`.
+  /// Rows and fields that are due at the current time; everything when `last`. Collective, as is
+  /// all that follows; the root writes.
   void write_due(bool last);
   /// Keeps the state in memory, and goes back to it: a window of implicit coupling is done again.
   void keep();
@@ -71,11 +76,13 @@ class Session {
   void find_equilibrium();
   void set_initial_velocities();
   [[nodiscard]] std::string bounded_by();
+  [[nodiscard]] std::string element_counts();
 
   SolidCase case_;
   Options options_;
   std::shared_ptr<spdlog::logger> log_;
   SolidRun run_;
+  WholeState whole_;
   History history_;
   FieldOutput fields_;
   RunProgress progress_;

@@ -20,12 +20,13 @@ using Facet = std::array<std::int32_t, 4>;
 struct Cells {
   std::vector<std::int32_t> nodes;   ///< [n, nodes of the shape], VTK order
   std::vector<std::int32_t> tissue;  ///< [n] index into tissues
+  std::vector<std::int32_t> number;  ///< [n] in the mesh file, where this is a part of it; or empty
 };
 
 /// One cell of a mesh.
 struct Cell {
   Shape shape = Shape::hex8;
-  std::size_t index = 0;  ///< among the cells of its shape
+  std::size_t index = 0;  ///< among the cells of its shape in the mesh file
   std::span<const std::int32_t> nodes;
   std::int32_t tissue = 0;
 };
@@ -64,7 +65,8 @@ struct SolidMesh {
     while (number >= count(shapes[s].shape)) number -= count(shapes[s++].shape);
     const std::size_t n = shapes[s].n_nodes;
     return {.shape = shapes[s].shape,
-            .index = number,
+            .index = cells[s].number.empty() ? number
+                                             : static_cast<std::size_t>(cells[s].number[number]),
             .nodes = {cells[s].nodes.data() + n * number, n},
             .tissue = cells[s].tissue[number]};
   }
