@@ -456,7 +456,7 @@ StepReport Flow::advance(double t, double dt) {
     c.fill_ghosts();
     const Block& w = c.ctx.W;
     report.topology = c.bodies->update_topology({w.data, w.sf, w.sj, w.sk});
-    c.take_topology(true);
+    if (report.topology.renewed) c.take_topology(true);
   }
   return report;
 }

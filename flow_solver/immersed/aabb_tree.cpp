@@ -58,10 +58,14 @@ TrianglePoint nearest_on_triangle(const Vec3& x, const Vec3& a, const Vec3& b,
 }
 
 void AabbTree::load_corners(std::span<const double> position) {
+  // A shade below one: rounding must not tell off the nearest facet.
+  constexpr double length = 1.0 - 1e-12;
   corner_.resize(order_.size());
+  normal_.resize(order_.size());
   for (std::size_t n = 0; n < order_.size(); ++n) {
     const Corners& v = facets_[order_[n]];
-    corner_[n] = {row(position, v[0]), row(position, v[1]), row(position, v[2])};
+    const auto& t = corner_[n] = {row(position, v[0]), row(position, v[1]), row(position, v[2])};
+    normal_[n] = length * unit(cross(t[1] - t[0], t[2] - t[0]));
   }
 }
 

@@ -56,6 +56,7 @@ class AabbTree {
   std::vector<std::int32_t> order_;
   std::vector<Corners> facets_;
   std::vector<std::array<Vec3, 3>> corner_;  ///< of the facets in the order of the leaves
+  std::vector<Vec3> normal_;                 ///< of the same; at most of unit length, zero: unknown
   double half_surface_built_ = 0.0;
 };
 
@@ -77,6 +78,9 @@ std::int32_t AabbTree::nearest(const Vec3& x, double& best2, TrianglePoint& best
     if (node.right == 0) {
       for (std::int32_t n = node.first; n < node.first + node.count; ++n) {
         const auto& t = corner_[n];
+        // Boxes of oblique facets are thick; the distance from the facet's plane tells most of them off.
+        const double off_plane = dot(x - t[0], normal_[n]);
+        if (off_plane * off_plane >= best2) continue;
         const TrianglePoint candidate = nearest_on_triangle(x, t[0], t[1], t[2]);
         const double d2 = norm2(candidate.point - x);
         if (d2 < best2 && accept(order_[n], candidate.point)) {

@@ -40,7 +40,7 @@ std::array<double, 6> normal_gradient(const BodyState& s, std::int32_t f) {
 
 /// Completes a foot from its facet and point: normal and depth of x.
 Foot make_foot(const Bodies& bodies, const Vec3& x, std::int32_t b, std::int32_t f,
-               const TrianglePoint& at, const Vec3* side) {
+               const TrianglePoint& at, const Vec3* side, const Foot* before = nullptr) {
   const BodyState& s = bodies[b];
   Foot foot{.point = at.point, .weight = at.weight, .body = b, .facet = f};
   const Vec3 up = at.point - x;
@@ -62,7 +62,8 @@ Foot make_foot(const Bodies& bodies, const Vec3& x, std::int32_t b, std::int32_t
   n = n + at.weight[1] * s.geometry.smooth_normal[smooth[1]];
   n = n + at.weight[2] * s.geometry.smooth_normal[smooth[2]];
   foot.normal = unit(n);
-  foot.curvature = normal_gradient(s, f);
+  // A facet that moved on has the curvature it had until its foot is searched anew.
+  foot.curvature = before != nullptr && before->facet == f ? before->curvature : normal_gradient(s, f);
   return foot;
 }
 
@@ -81,24 +82,37 @@ bool is_covered(const Bodies& bodies, std::int32_t body, std::int32_t facet, con
 }
 
 Foot find_foot(const Bodies& bodies, const Vec3& x, const Vec3& crossing, std::int32_t body,
-               std::int32_t facet) {
+               std::int32_t facet, const Foot* near) {
   const Vec3 side = bodies[body].geometry.normal[facet];
   double best2 = norm2(x - crossing) * (1.0 + on_edge);
   TrianglePoint best;
   std::int32_t best_body = -1;
   std::int32_t best_facet = -1;
+  const auto qualifies = [&](std::int32_t b, std::int32_t g, const Vec3& point) {
+    const BodyState& s = bodies[b];
+    const Vec3& n_g = s.geometry.normal[g];
+    return s.buried[g] == 0 && dot(n_g, side) > same_side_cosine &&
+           dot(x - point, n_g) <= behind_rounding * norm(x - point) &&
+           !is_covered(bodies, b, g, point);
+  };
+  if (near != nullptr && near->body >= 0) {
+    const TrianglePoint there = on_facet(bodies[near->body], near->facet, x);
+    const double d2 = norm2(there.point - x);
+    if (d2 < best2 && qualifies(near->body, near->facet, there.point)) {
+      best2 = d2;
+      best = there;
+      best_body = near->body;
+      best_facet = near->facet;
+    }
+  }
   for (std::size_t n = 0; n < bodies.size(); ++n) {
     // The crossed body first: its foot bounds the search in the others.
     const auto b = static_cast<std::int32_t>(
         n == 0 ? body : (static_cast<std::int32_t>(n) <= body ? n - 1 : n));
     const BodyState& s = bodies[b];
     if (s.tree.box().distance2(x) >= best2) continue;
-    const std::int32_t f = s.tree.nearest(x, best2, best, [&](std::int32_t g, const Vec3& point) {
-      const Vec3& n_g = s.geometry.normal[g];
-      return s.buried[g] == 0 && dot(n_g, side) > same_side_cosine &&
-             dot(x - point, n_g) <= behind_rounding * norm(x - point) &&
-             !is_covered(bodies, b, g, point);
-    });
+    const std::int32_t f = s.tree.nearest(
+        x, best2, best, [&](std::int32_t g, const Vec3& point) { return qualifies(b, g, point); });
     if (f >= 0) {
       best_body = b;
       best_facet = f;
@@ -140,7 +154,7 @@ Foot follow_foot(const Bodies& bodies, const Vec3& x, const Foot& foot, const Ve
     if (next < 0) break;
     f = next;
   }
-  return make_foot(bodies, x, foot.body, f, best, &side);
+  return make_foot(bodies, x, foot.body, f, best, &side, &foot);
 }
 
 Foot nearest_foot(const Bodies& bodies, const Vec3& x, double reach) {

@@ -17,7 +17,7 @@ namespace {
 
 /// Feet are searched anew where the wall moved by more than this share of the finest spacing;
 /// until then they move with their facet.
-constexpr double stale_share = 0.02;
+constexpr double stale_share = 0.2;
 /// Largest wall displacement in a step, in cells: a fresh node's held value is then at most a third
 /// of a cell away from the wall it was made for.
 constexpr double largest_step_share = 0.3;
@@ -225,6 +225,7 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
   State& s = *state_;
   if (s.has_topology && !s.bodies.moved()) {
     s.report.fresh_nodes = s.report.rebuilt_nodes = 0;
+    s.report.renewed = false;
     return s.report;
   }
   s.bodies.update_search(stale_share * s.h_min);

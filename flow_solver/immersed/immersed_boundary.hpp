@@ -67,6 +67,7 @@ struct TopologyReport {
   std::size_t fluid_nodes = 0;  ///< nodes tagged fluid now
   double smallest_gap = 0.0;    ///< in cells, over segments between two walls; 0: none
   std::size_t open_lines = 0;   ///< grid lines on which a surface does not close; 0 or a fault
+  bool renewed = true;          ///< false: no wall has moved since the last one, nothing was done
 };
 
 /// What shear and heat flux at a wall need to know of the gas.

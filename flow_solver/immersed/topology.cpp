@@ -35,12 +35,13 @@ Foot mouth_foot(const Grid& grid, const Bodies& bodies, int axis, const WallEnd&
   return foot;
 }
 
-Foot search_foot(const Grid& grid, const Bodies& bodies, int axis, const WallEnd& wall, int layer) {
+Foot search_foot(const Grid& grid, const Bodies& bodies, int axis, const WallEnd& wall, int layer,
+                 const Foot* near) {
   const Vec3 x = place(grid, ghost_node(grid, axis, wall, layer));
   if (wall.facet < 0) return mouth_foot(grid, bodies, axis, wall, x);
   Vec3 crossing = x;
   crossing[axis] = wall.position;
-  return find_foot(bodies, x, crossing, wall.body, wall.facet);
+  return find_foot(bodies, x, crossing, wall.body, wall.facet, near);
 }
 
 /// What of the old topology still holds.
@@ -142,6 +143,7 @@ void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes
     const std::int32_t before = reuse.old_wall(axis, wall);
     for (int layer = 0; layer < n_ghost; ++layer) {
       GhostPoint& ghost = ghosts[w * n_ghost + layer];
+      const Foot* near = layer > 0 ? &ghosts[w * n_ghost + layer - 1].foot : nullptr;
       const Vec3 x = place(grid, ghost_node(grid, axis, wall, layer));
       if (before >= 0) {
         ghost = old.ghosts[axis][static_cast<std::size_t>(before) * n_ghost + layer];
@@ -155,7 +157,9 @@ void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes
           continue;
         }
       }
-      ghost.foot = search_foot(grid, bodies, axis, wall, layer);
+      const Foot last = ghost.foot;
+      if (before >= 0) near = &last;
+      ghost.foot = search_foot(grid, bodies, axis, wall, layer, near);
       ghost.stencil = nodes.image(ghost.foot, end);
     }
   }
