@@ -191,6 +191,18 @@ double FluidNodes::weigh(const Vec3& x, const Vec3& point, const Vec3& normal,
   return share;
 }
 
+bool FluidNodes::holds(const Stencil& stencil) const {
+  if (stencil.own_state) return false;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    if (stencil.weight[corner] == 0.0) continue;
+    NodeIndex node = {stencil.base[0] + static_cast<int>(corner & 1U),
+                      stencil.base[1] + static_cast<int>(corner >> 1 & 1U),
+                      stencil.base[2] + static_cast<int>(corner >> 2)};
+    if (!mirrored(node) || !is_fluid(node)) return false;
+  }
+  return true;
+}
+
 Stencil FluidNodes::image(const Foot& foot, const NodeIndex& end_node) const {
   const double h = spacing(foot.normal, end_node);
   const double depth = std::clamp(foot.depth, 0.0, deepest_image * h);

@@ -48,6 +48,8 @@ class FluidNodes {
   /// fluid node is in reach farther out, then closer, at last the end node itself.
   [[nodiscard]] Stencil image(const Foot& foot, const NodeIndex& end_node) const;
 
+  /// Are all nodes of a stencil still fluid? (One that looks at its own end node alone: no.)
+  [[nodiscard]] bool holds(const Stencil& stencil) const;
   /// Fluid node in front of the plane nearest to it, among those around x; false: none.
   [[nodiscard]] bool nearest_in_front(const Vec3& x, const Vec3& point, const Vec3& normal,
                                       NodeIndex& node) const;

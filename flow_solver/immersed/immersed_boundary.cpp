@@ -60,6 +60,7 @@ struct ImmersedBoundary::State {
   double h_min;
   Bodies bodies;
   Topology topology;
+  Topology last;  ///< of the step before; its memory serves the next one
   TopologyReport report;
   std::vector<WallThickness> thickness;  ///< per body
   std::uint64_t n_fallbacks = 0;
@@ -229,8 +230,8 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
     return s.report;
   }
   s.bodies.update_search(stale_share * s.h_min);
-  Topology old = std::exchange(s.topology, Topology{});
-  s.topology = make_topology(s.grid, s.bodies, s.options, old);
+  std::swap(s.last, s.topology);
+  make_topology(s.grid, s.bodies, s.options, s.last, s.topology);
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     if (s.bodies[b].body.moves) s.thickness[b].update(s.bodies[b], s.h_min);
   }
@@ -240,7 +241,7 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
       .fluid_nodes = static_cast<std::size_t>(std::count(tag.begin(), tag.end(), tag_fluid)),
       .smallest_gap = s.topology.cut.smallest_gap,
       .open_lines = s.topology.cut.open_lines};
-  if (s.has_topology) s.fill_fresh_nodes(W, old);
+  if (s.has_topology) s.fill_fresh_nodes(W, s.last);
   s.has_topology = true;
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     s.bodies[b].moved_since_topology = s.bodies[b].moved_since_ghosts = false;

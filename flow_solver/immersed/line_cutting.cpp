@@ -377,10 +377,11 @@ void find_smallest_gap(const Grid& grid, const std::array<bool, 6>& domain_wall,
 
 }  // namespace
 
-CutGrid cut_grid(const Grid& grid, const Bodies& bodies, double gap_block,
-                 const std::array<bool, 6>& domain_wall) {
+void cut_grid(const Grid& grid, const Bodies& bodies, double gap_block,
+              const std::array<bool, 6>& domain_wall, CutGrid& cut) {
   const Layout layout(grid);
-  CutGrid cut;
+  cut.blocked_segments = cut.open_lines = cut.n_thin = 0;
+  cut.smallest_gap = 0.0;
   cut.tag.assign(grid.n_cells(), tag_fluid);
   LineMarks marks;
   int first_present = -1;
@@ -392,7 +393,7 @@ CutGrid cut_grid(const Grid& grid, const Bodies& bodies, double gap_block,
     for (std::size_t b = 0; b < bodies.size(); ++b)
       cut.open_lines += bodies[b].crossings[a].open_lines;
   }
-  if (first_present < 0) return cut;
+  if (first_present < 0) return;
   tag_bodies(grid, bodies, layout, first_present, cut, marks);
   for (int pass = 0; pass <= most_gap_passes; ++pass) {
     cut.thin_cut.assign(grid.n_cells(), 0);
@@ -406,7 +407,6 @@ CutGrid cut_grid(const Grid& grid, const Bodies& bodies, double gap_block,
     if (!block_gaps(grid, layout, gap_block, domain_wall, cut, marks)) break;
   }
   find_smallest_gap(grid, domain_wall, cut);
-  return cut;
 }
 
 }  // namespace ocublast::flow

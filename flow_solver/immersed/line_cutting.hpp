@@ -36,7 +36,8 @@ struct CutGrid {
 /// Tags every node from the lines of the first present direction and cuts the lines of all. A
 /// segment between two walls closer than `gap_block` cells is tagged blocked and all lines are cut
 /// anew, at most four times. `domain_wall`: faces of the domain that count as walls for this rule.
-[[nodiscard]] CutGrid cut_grid(const Grid& grid, const Bodies& bodies, double gap_block,
-                               const std::array<bool, 6>& domain_wall = {});
+/// Uses the memory of what `cut` held before.
+void cut_grid(const Grid& grid, const Bodies& bodies, double gap_block,
+              const std::array<bool, 6>& domain_wall, CutGrid& cut);
 
 }  // namespace ocublast::flow

@@ -53,7 +53,7 @@ class Reuse {
       const auto& stale = bodies[b].stale;
       any_stale_.push_back(std::find(stale.begin(), stale.end(), 1) != stale.end());
     }
-    find_changed_nodes(cut);
+    find_changed_cuts(cut);
   }
 
   /// Number of the same wall end in the old topology, -1: new. `hint` moves along with the caller's
@@ -83,8 +83,9 @@ class Reuse {
   [[nodiscard]] bool stands_still(const Foot& foot) const {
     return !bodies_[foot.body].moved_since_topology;
   }
-  /// Are all nodes an image may use (ghost layers and the ladder: within 8) as they were?
-  [[nodiscard]] bool surroundings_hold(const NodeIndex& node) const {
+  /// Are no thin cuts gone or come among the nodes an image may use (ghost layers and the ladder:
+  /// within 8)?
+  [[nodiscard]] bool cuts_hold(const NodeIndex& node) const {
     constexpr int reach = 8;
     for (std::size_t a = 0; a < 3; ++a) {
       if (node[a] + reach < changed_low_[a] || node[a] - reach > changed_high_[a]) return true;
@@ -97,21 +98,19 @@ class Reuse {
     if (a.line != b.line) return a.line < b.line;
     return a.node != b.node ? a.node < b.node : a.side < b.side;
   }
-  void find_changed_nodes(const CutGrid& cut) {
+  void find_changed_cuts(const CutGrid& cut) {
     if (old_.cut.tag.size() != cut.tag.size()) {
       changed_low_ = {-n_ghost, -n_ghost, -n_ghost};
       changed_high_ = {grid_.axis[0].n + n_ghost, grid_.axis[1].n + n_ghost,
                        grid_.axis[2].n + n_ghost};
       return;
     }
+    if (old_.cut.n_thin == 0 && cut.n_thin == 0) return;
     std::size_t n = 0;
     for (int k = 0; k < grid_.axis[2].n; ++k) {
       for (int j = 0; j < grid_.axis[1].n; ++j) {
         for (int i = 0; i < grid_.axis[0].n; ++i, ++n) {
-          // The old tags carry the mark of the band, which is fluid's opposite as well.
-          const bool same = (old_.cut.tag[n] == tag_fluid) == (cut.tag[n] == tag_fluid) &&
-                            old_.cut.thin_cut[n] == cut.thin_cut[n];
-          if (same) continue;
+          if (old_.cut.thin_cut[n] == cut.thin_cut[n]) continue;
           const NodeIndex node = {i, j, k};
           for (std::size_t a = 0; a < 3; ++a) {
             changed_low_[a] = std::min(changed_low_[a], node[a]);
@@ -148,11 +147,11 @@ void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes
       if (before >= 0) {
         ghost = old.ghosts[axis][static_cast<std::size_t>(before) * n_ghost + layer];
         if (reuse.foot_holds(wall, ghost.foot, x)) {
+          const bool nodes_changed = !reuse.cuts_hold(end) || !nodes.holds(ghost.stencil);
           if (reuse.stands_still(ghost.foot)) {
-            if (!reuse.surroundings_hold(end)) ghost.stencil = nodes.image(ghost.foot, end);
+            if (nodes_changed) ghost.stencil = nodes.image(ghost.foot, end);
           } else {
-            follow_ghost(grid, bodies, nodes, axis, wall, layer, !reuse.surroundings_hold(end),
-                         ghost);
+            follow_ghost(grid, bodies, nodes, axis, wall, layer, nodes_changed, ghost);
           }
           continue;
         }
@@ -181,7 +180,7 @@ void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& node
   const Vec3 x = place(grid, ghost_node(grid, axis, wall, layer));
   ghost.foot = follow_foot(bodies, x, ghost.foot, bodies[wall.body].geometry.normal[wall.facet]);
   const double shift = std::abs(ghost.foot.depth - ghost.stencil.built_depth);
-  constexpr double small_shift = 0.05;  // cells
+  constexpr double small_shift = 0.05;  // cells: more costs moving walls their second order
   const bool keep = !nodes_changed && !ghost.stencil.own_state &&
                     shift < small_shift * grid.axis[static_cast<std::size_t>(axis)].h(wall.node);
   if (!keep) {
@@ -206,8 +205,11 @@ void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology) {
         if (topology.cut.tag[at] == tag_fluid) continue;
         const auto number = static_cast<std::int32_t>(w * n_ghost) + layer;
         const Foot& foot = topology.ghosts[axis][number].foot;
-        const BandNode candidate{
-            .node = node, .axis = axis, .ghost = number, .normal = foot.normal};
+        const BandNode candidate{.node = node,
+                                 .axis = axis,
+                                 .ghost = number,
+                                 .normal = foot.normal,
+                                 .depth = std::abs(foot.depth)};
         std::int32_t& entry = topology.band_of_node[at];
         if (entry < 0) {
           entry = static_cast<std::int32_t>(topology.band.size());
@@ -215,8 +217,7 @@ void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology) {
           continue;
         }
         BandNode& held = topology.band[entry];
-        const Foot& other = topology.ghosts[held.axis][held.ghost].foot;
-        if (std::abs(foot.depth) < std::abs(other.depth)) held = candidate;
+        if (candidate.depth < held.depth) held = candidate;
       }
     }
   }
@@ -226,10 +227,9 @@ void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology) {
   }
 }
 
-Topology make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options,
-                       const Topology& old) {
-  Topology topology;
-  topology.cut = cut_grid(grid, bodies, options.gap_block, options.domain_wall);
+void make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options,
+                   const Topology& old, Topology& topology) {
+  cut_grid(grid, bodies, options.gap_block, options.domain_wall, topology.cut);
   const FluidNodes nodes(grid, topology.cut.tag, topology.cut.thin_cut);
   const Reuse reuse(grid, bodies, old, topology.cut);
   for (int axis = 0; axis < 3; ++axis) {
@@ -239,7 +239,6 @@ Topology make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOpt
     topology.cut.lines[axis].wall_motion.assign(topology.cut.walls[axis].size() * 6, 0.0);
   }
   find_band(grid, nodes, topology);
-  return topology;
 }
 
 }  // namespace ocublast::flow

@@ -21,6 +21,7 @@ struct BandNode {
   std::int32_t axis = 0;
   std::int32_t ghost = 0;  ///< wall end * n_ghost + layer
   Vec3 normal;             ///< of the wall its value comes from
+  double depth = 0.0;     ///< m, below that wall, not negative
 };
 
 /// Everything that depends on where the walls lie among the nodes.
@@ -47,8 +48,8 @@ void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology);
 
 /// Cuts the grid for the bodies' current place, with the gap rule of `options`. Feet of `old` are
 /// kept where neither their facet nor a body near them moved, so that static walls are searched
-/// once.
-[[nodiscard]] Topology make_topology(const Grid& grid, const Bodies& bodies,
-                                     const ImmersedOptions& options, const Topology& old);
+/// once. Uses the memory of what `topology` held before.
+void make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options,
+                   const Topology& old, Topology& topology);
 
 }  // namespace ocublast::flow

@@ -15,6 +15,13 @@ namespace {
 
 using namespace testing;
 
+CutGrid cut_for(const Grid& grid, const Bodies& bodies, double gap_block) {
+  CutGrid cut;
+  cut_grid(grid, bodies, gap_block, {}, cut);
+  return cut;
+}
+
+
 Bodies make_bodies(const Grid& grid, std::vector<BodySurface> surfaces) {
   std::vector<Body> list;
   for (BodySurface& s : surfaces) {
@@ -94,7 +101,7 @@ TEST(ImmersedScan, ClosesEveryLineOfASphereWithVerticesOnNodes) {
   // Node spacing 1/16, nodes at odd multiples of 1/32: centre and the six axis vertices on nodes.
   const Grid grid = uniform_grid(16, 16, 16, 1.0);
   const Bodies bodies = make_bodies(grid, {make_sphere({17. / 32, 17. / 32, 17. / 32}, .25, 2)});
-  const CutGrid cut = cut_grid(grid, bodies, 0.0);
+  const CutGrid cut = cut_for(grid, bodies, 0.0);
   EXPECT_EQ(cut.open_lines, 0U);
   for (int a = 0; a < 3; ++a) {
     // Every wall end of a direction without blocked gaps has its facet: tags and crossings agree.
@@ -115,7 +122,7 @@ TEST(ImmersedScan, CountsTheNodesOfACubeWithFacesOnNodesExactly) {
   const Grid grid = uniform_grid(40, 40, 40, 40.0);
   // From node to node over 20 spacings: one of the two faces counts, 20^3 nodes.
   const Bodies bodies = make_bodies(grid, {make_box({5.5, 5.5, 5.5}, {25.5, 25.5, 25.5}, 4)});
-  const CutGrid cut = cut_grid(grid, bodies, 0.0);
+  const CutGrid cut = cut_for(grid, bodies, 0.0);
   EXPECT_EQ(cut.open_lines, 0U);
   EXPECT_EQ(count_tag(cut, tag_body), 8000U);
   for (int a = 0; a < 3; ++a) {
@@ -131,7 +138,7 @@ TEST(ImmersedScan, JoinsOverlappingSpheresToTheirUnion) {
   const Grid grid = uniform_grid(32, 32, 32, 1.0);
   const P3 c0 = {.4, .51, .52}, c1 = {.6, .49, .47};
   const Bodies bodies = make_bodies(grid, {make_sphere(c0, .25, 4), make_sphere(c1, .21, 4)});
-  const CutGrid cut = cut_grid(grid, bodies, 0.0);
+  const CutGrid cut = cut_for(grid, bodies, 0.0);
   std::size_t wrong = 0;
   std::size_t n = 0;
   for (int k = 0; k < 32; ++k)
@@ -160,7 +167,7 @@ TEST(ImmersedScan, CutsEveryLineThatAPlateOfATenthOfACellCrosses) {
   // Upright, between nodes and through nodes; spans the channel with room.
   for (const double x : {.5, .5 + .5 * h, .5 + .45 * h, .51}) {
     const Bodies bodies = make_bodies(grid, {make_box({x, -1, -1}, {x + .1 * h, 2, 2}, 1)});
-    const CutGrid cut = cut_grid(grid, bodies, 0.0);
+    const CutGrid cut = cut_for(grid, bodies, 0.0);
     EXPECT_EQ(cut.lines[0].segments.size(), 40U);
     for (const Segment& s : cut.lines[0].segments) {
       EXPECT_EQ(s.wall_low >= 0, s.begin > 0);
@@ -175,7 +182,7 @@ TEST(ImmersedScan, CutsEveryLineThatAPlateOfATenthOfACellCrosses) {
   };
   const Bodies bodies =
       make_bodies(grid, {make_prism({at(0, -1), at(.1 * h, -1), at(.1 * h, 1), at(0, 1)}, -1, 2)});
-  const CutGrid cut = cut_grid(grid, bodies, 0.0);
+  const CutGrid cut = cut_for(grid, bodies, 0.0);
   EXPECT_EQ(std::count(cut.lines[0].cut.begin(), cut.lines[0].cut.end(), 1), 20);
   EXPECT_EQ(cut.open_lines, 0U);
 }
@@ -186,7 +193,7 @@ TEST(ImmersedScan, TagsTheSameOnAStretchedGridAsByDistance) {
   const Grid grid{{make_axis_from_nodes(0.0, 1.0, nodes, false), make_uniform_axis(0, 1, 24),
                    make_uniform_axis(0, 1, 24)}};
   const Bodies bodies = make_bodies(grid, {make_sphere({.4, .5, .5}, .3, 5)});
-  const CutGrid cut = cut_grid(grid, bodies, 0.0);
+  const CutGrid cut = cut_for(grid, bodies, 0.0);
   std::size_t n = 0, wrong = 0;
   for (int k = 0; k < 24; ++k)
     for (int j = 0; j < 24; ++j)
@@ -207,15 +214,15 @@ TEST(ImmersedGap, BlocksSegmentsNarrowerThanTheRuleOnly) {
                                     make_box({1.025 + gap / 2, -1, -1}, {1.5, 2, 2})};
   };
   const Bodies narrow = make_bodies(grid, boxes(.04));
-  const CutGrid blocked = cut_grid(grid, narrow, 1.0);
+  const CutGrid blocked = cut_for(grid, narrow, 1.0);
   EXPECT_EQ(count_tag(blocked, tag_blocked), 20U);
   EXPECT_EQ(blocked.blocked_segments, 20U);
   EXPECT_EQ(blocked.smallest_gap, 0.0);
-  const CutGrid open = cut_grid(grid, narrow, 0.0);
+  const CutGrid open = cut_for(grid, narrow, 0.0);
   EXPECT_EQ(count_tag(open, tag_blocked), 0U);
   EXPECT_NEAR(open.smallest_gap, .8, 1e-4);  // snapping: 1e-6 of a cell per wall
   const Bodies wide = make_bodies(grid, boxes(.06));
-  EXPECT_EQ(count_tag(cut_grid(grid, wide, 1.0), tag_blocked), 0U);
+  EXPECT_EQ(count_tag(cut_for(grid, wide, 1.0), tag_blocked), 0U);
 }
 
 TEST(ImmersedTree, FindsWhatBruteForceFinds) {
@@ -260,7 +267,7 @@ TEST(ImmersedFoot, OfAPointOnTheFarSideOfAThinPlateStaysOnTheCrossedSide) {
     if (bodies[0].geometry.normal[f][0] > -.9) continue;
     // Three cells behind the front wall, in the gas on the other side.
     const Foot foot =
-        find_foot(bodies, {{.65, .5, .5}}, {{.5, .5, .5}}, 0, static_cast<std::int32_t>(f));
+        find_foot(bodies, {{.65, .5, .5}}, {{.5, .5, .5}}, 0, static_cast<std::int32_t>(f), nullptr);
     EXPECT_NEAR(foot.normal[0], -1.0, 1e-14);
     EXPECT_NEAR(foot.depth, .15, 1e-14);
     EXPECT_NEAR(foot.point[0], .5, 1e-14);
