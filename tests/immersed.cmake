@@ -12,6 +12,8 @@ if(TARGET ocublast_flow_step)
     ocublast_test(NAME test_immersed_${name} LABEL verification TIMEOUT 120
       SOURCES verification/immersed_${name}.cpp LIBRARIES ocublast_flow_step)
   endforeach()
+  ocublast_test(NAME test_immersed_case_runs LABEL verification SOURCES verification/immersed_case_runs.cpp
+    LIBRARIES ocublast_flow)
   foreach(name wedge impulse)
     ocublast_test(NAME test_immersed_${name}_long LABEL verification TIMEOUT 600 LONG
       SOURCES verification/immersed_${name}.cpp LIBRARIES ocublast_flow_step)

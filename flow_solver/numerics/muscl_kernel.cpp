@@ -169,16 +169,25 @@ unsigned marked_faces_of(const Lanes& lanes, int m) {
   return bits;
 }
 
-/// First-order flux at a wall beside a marked node: the own state mirrored. A flux between the wall's
+/// First-order flux at a wall with the given motion: the own state mirrored. A flux between the wall's
 /// ghost and the node can swallow a supersonic stream.
 template <int D>
-void wall_flux_of_marked(const Context& ctx, const Lanes& lanes, int l, bool low, const double* node, double* face) {
+void mirrored_wall_flux(const Context& ctx, const double* motion, bool low, const double* node, double* face) {
   double u[3] = {node[tile_width], node[2 * tile_width], node[3 * tile_width]};
   const PointState own = point_from_primitive(ctx, node[0], u, node[4 * tile_width]);
   double f[5];
-  if (low) first_order_flux<D>(state_across<D>(ctx, LaneEnd::wall, own, lanes.low_state[l], 1), own, f);
-  else first_order_flux<D>(own, state_across<D>(ctx, LaneEnd::wall, own, lanes.high_state[l], 1), f);
+  if (low) first_order_flux<D>(state_across<D>(ctx, LaneEnd::wall, own, motion, 1), own, f);
+  else first_order_flux<D>(own, state_across<D>(ctx, LaneEnd::wall, own, motion, 1), f);
   for (int q = 0; q < 5; ++q) face[q * tile_width] = f[q];
+}
+
+/// Does the gas at the node before a wall stream at it faster than half the speed of sound? No smooth
+/// flow does; at the speed of sound and above the ghost's pressure no longer holds it back.
+template <int D>
+bool streams_at_wall(const Context& ctx, const double* motion, bool low, const double* node) {
+  const double u = node[(1 + D) * tile_width] - motion[3 + D];
+  const double towards = low ? -u : u;
+  return towards > 0.0 && 4.0 * towards * towards > ctx.gamma * ctx.gas_constant * node[4 * tile_width];
 }
 
 template <int D>
@@ -195,15 +204,18 @@ void sweep_segment_batch_muscl(const Context& ctx, double* scratch, const Segmen
     const FaceFlux f = muscl_face<D>(ctx, mem.nodes + m * step, tile_width, step, first_order);
     for (int q = 0; q < 5; ++q) store(face_at(m) + q * tile_width, f.q[q]);
   }
-  for (int l = 0; l < tile_width; ++l) {
-    if (((lanes.active >> l) & 1u) == 0) continue;
-    const int n = lanes.n[l];
-    if (t.low[l] == LaneEnd::wall && touches_mark(lanes, l, 0)) {
-      wall_flux_of_marked<D>(ctx, lanes, l, true, mem.nodes + l, face_at(0) + l);
-    }
-    if (t.high[l] == LaneEnd::wall && touches_mark(lanes, l, n)) {
-      wall_flux_of_marked<D>(ctx, lanes, l, false, mem.nodes + (n - 1) * step + l, face_at(n) + l);
-    }
+  for (int l = 0; l < s.lanes; ++l) {
+    const int n = s.length[l];
+    const bool marked = ((lanes.active >> l) & 1u) != 0;
+    const auto treat = [&](bool low, int wall, int end_node, int end_face) {
+      const double* motion = ctx.wall_motion[D] + static_cast<Index>(wall) * 6;
+      const double* node = mem.nodes + end_node * step + l;
+      if ((marked && touches_mark(lanes, l, end_face)) || streams_at_wall<D>(ctx, motion, low, node)) {
+        mirrored_wall_flux<D>(ctx, motion, low, node, face_at(end_face) + l);
+      }
+    };
+    if (t.low[l] == LaneEnd::wall) treat(true, s.wall_low[l], 0, 0);
+    if (t.high[l] == LaneEnd::wall) treat(false, s.wall_high[l], n - 1, n);
   }
   const Index rl = stride_along(ctx.R, D);
   for (int l = 0; l < s.lanes; ++l) {

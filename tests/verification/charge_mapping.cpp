@@ -202,8 +202,11 @@ Body box_body() {
 }
 
 TEST_F(ChargeCaseTest, RefusesAChargeInABody) {
-  const std::string text = "source = \"jwl\"\nmass_kg = 0.001\ncenter_m = [0.5, 0.5, 0.45]\n";
-  expect(refusal(text, "outflow", {box_body()}), "lies in flow.body 'cube'");
+  for (const std::string source : {"jwl", "calibrated", "ball"}) {
+    const std::string ball = source == "ball" ? "energy_J = 100.0\nradius_m = 0.01\n" : "";
+    const std::string text = "source = \"" + source + "\"\nmass_kg = 0.001\ncenter_m = [0.5, 0.5, 0.45]\n" + ball;
+    expect(refusal(text, "outflow", {box_body()}), "lies in flow.body 'cube'");
+  }
 }
 
 TEST(SignedDistance, IsThatOfACube) {

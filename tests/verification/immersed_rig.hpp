@@ -60,6 +60,16 @@ inline Boundaries walls_all_round() {
   return b;
 }
 
+/// Gas at rest into which a shock runs from x0 along x, walls all round but for the inflow.
+inline Flow shock_into_rest(const Grid& grid, const flow::State& behind, double x0, double h,
+                            const FlowOptions& options = unit_gas_options()) {
+  Boundaries boundaries = walls_all_round();
+  boundaries[0] = {.kind = BoundaryKind::fixed_state, .state = behind};
+  Flow flow(grid, boundaries, options);
+  flow.set_state([&](double x, double, double) { return shock_state(x - x0, h, behind); });
+  return flow;
+}
+
 inline double pressure_at(const Flow& flow, int i, int j = 0, int k = 0) {
   const FieldsView<const double> W = flow.primitives();
   return pressure(flow.options().gas, W(prim_rho, i, j, k), W(prim_T, i, j, k));
