@@ -368,6 +368,13 @@ std::array<int, 3> Flow::rank_blocks() const {
   return core_->ranks ? core_->ranks->part.blocks.parts : std::array<int, 3>{1, 1, 1};
 }
 
+std::array<double, 2> Flow::rank_traffic() const {
+  const Core& c = *core_;
+  if (!c.ranks) return {};
+  const Traffic t = c.ranks->step_traffic(c.ctx.nodal_stress, c.options.artificial_diffusivity || c.ctx.nodal_stress);
+  return {t.messages, t.bytes};
+}
+
 std::string_view Flow::instruction_set() const {
   // The table carries the name of its namespace, isa_NAME.
   return std::string_view(core_->kernels->name).substr(4);
@@ -463,6 +470,38 @@ std::vector<CheckpointPart> Flow::checkpoint() {
   c.box_copy = {static_cast<double>(c.lo[0]), static_cast<double>(c.lo[1]), static_cast<double>(c.lo[2]),
                 static_cast<double>(c.hi[0]), static_cast<double>(c.hi[1]), static_cast<double>(c.hi[2])};
   return {{"primitives", c.W.all()}, {"conserved", c.Q.all()}, {"marks", c.mark_copy}, {"active_box", c.box_copy}};
+}
+
+std::uint8_t Flow::mark(int i, int j, int k) const {
+  const NodeBox own = owned();
+  return core_->mark[core_->mark_index(i - own.lo[0], j - own.lo[1], k - own.lo[2])];
+}
+
+void Flow::set_mark(int i, int j, int k, std::uint8_t mark) {
+  const NodeBox own = owned();
+  core_->mark[core_->mark_index(i - own.lo[0], j - own.lo[1], k - own.lo[2])] = mark;
+}
+
+std::array<int, 6> Flow::active_box() const {
+  const Core& c = *core_;
+  if (c.ranks) {
+    const auto& axis = c.ranks->part.whole.axis;
+    return {0, 0, 0, axis[0].n, axis[1].n, axis[2].n};
+  }
+  return {c.lo[0], c.lo[1], c.lo[2], c.hi[0], c.hi[1], c.hi[2]};
+}
+
+void Flow::restored_nodes(const std::array<int, 6>& active_box) {
+  Core& c = *core_;
+  c.fill_padding();
+  c.mark_copy.assign(c.mark.begin(), c.mark.end());
+  const bool part = c.options.active_box;
+  c.box_copy.clear();
+  for (std::size_t a = 0; a < 6; ++a) {
+    const int whole = a < 3 ? 0 : c.ctx.n[a - 3];
+    c.box_copy.push_back(static_cast<double>(part ? active_box[a] : whole));
+  }
+  restored();
 }
 
 void Flow::restored() {

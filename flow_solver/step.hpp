@@ -127,6 +127,8 @@ class Flow {
   [[nodiscard]] NodeBox owned() const;
   /// Blocks along x, y, z.
   [[nodiscard]] std::array<int, 3> rank_blocks() const;
+  /// Messages and bytes that this rank sends in a step without marks.
+  [[nodiscard]] std::array<double, 2> rank_traffic() const;
   [[nodiscard]] const FlowOptions& options() const;
   [[nodiscard]] const Boundaries& boundaries() const;
   /// Instruction set chosen: "baseline", "avx2" or "avx512".
@@ -176,6 +178,14 @@ class Flow {
   /// into the parts call `restored()`.
   [[nodiscard]] std::vector<CheckpointPart> checkpoint();
   void restored();
+
+  /// The same by nodes of the whole grid, for files: mark of a node (0: none), and the active box as its
+  /// first and its end nodes. After writing into primitives, conserved and marks of this rank's nodes call
+  /// `restored_nodes`. Collective.
+  [[nodiscard]] std::uint8_t mark(int i, int j, int k) const;
+  void set_mark(int i, int j, int k, std::uint8_t mark);
+  [[nodiscard]] std::array<int, 6> active_box() const;
+  void restored_nodes(const std::array<int, 6>& active_box);
 
  private:
   struct Core;

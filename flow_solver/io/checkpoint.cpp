@@ -1,17 +1,34 @@
 #include "flow_solver/io/checkpoint.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 #include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/hdf5_file.hpp"
+#include "flow_solver/ranks/gather.hpp"
 
 namespace ocublast::flow {
 namespace {
 
-constexpr std::int64_t checkpoint_version = 1;
+constexpr std::int64_t checkpoint_version = 2;
+
+/// The fields of the state: primitives with the artificial pressure that the walls read, then the
+/// conserved ones (rounding keeps one from being computed from the other bit for bit).
+struct StateField {
+  std::string name;
+  int field;
+  bool conserved;
+};
+std::vector<StateField> state_fields(const Flow& flow) {
+  const int n = flow.primitives().artificial_pressure ? artificial_pressure_field + 1 : n_primitive;
+  std::vector<StateField> fields;
+  for (int f = 0; f < n; ++f) fields.push_back({fmt::format("state/primitive_{}", f), f, false});
+  for (int f = 0; f < n_primitive; ++f) fields.push_back({fmt::format("state/conserved_{}", f), f, true});
+  return fields;
+}
 
 std::vector<double> read_of_size(const Hdf5File& file, const std::string& name, std::size_t size,
                                  const std::filesystem::path& path) {
@@ -24,11 +41,23 @@ std::vector<double> read_of_size(const Hdf5File& file, const std::string& name, 
 
 }  // namespace
 
-void write_checkpoint(const std::filesystem::path& directory, Flow& flow,
+void write_checkpoint(const Ranks& ranks, const std::filesystem::path& directory, const Flow& flow,
                       const ImmersedBoundary* bodies, const Probes& probes, const RunClock& clock) {
   const auto path = directory / "flow.h5";
   auto aside = path;
   aside += ".part";
+  const NodeBox own = flow.owned();
+  // One field at a time: the root needs room for no more.
+  const auto gather = [&](const StateField& f) {
+    const auto view = f.conserved ? flow.conserved() : flow.primitives();
+    return gather_nodes<double>(ranks, flow.grid(), own, [&](int i, int j, int k) { return view(f.field, i, j, k); });
+  };
+  const auto marks = gather_nodes<std::uint8_t>(ranks, flow.grid(), own,
+                                                [&](int i, int j, int k) { return flow.mark(i, j, k); });
+  if (!ranks.root()) {
+    for (const StateField& f : state_fields(flow)) static_cast<void>(gather(f));
+    return;
+  }
   auto file = Hdf5File::create(aside);
   file.write_attribute("format", std::string("ocublast-flow-checkpoint"));
   file.write_attribute("version", checkpoint_version);
@@ -41,9 +70,13 @@ void write_checkpoint(const std::filesystem::path& directory, Flow& flow,
   file.write("surface_probes/overpressure", clock.surface_history, {clock.surface_history.size()}, "Pa");
   file.write("bodies/motions", clock.bodies, {clock.bodies.size()}, "SI");
   file.write("sums", clock.sums, {clock.sums.size()}, "mixed");
-  for (const auto& part : flow.checkpoint())
-    file.write("state/" + std::string(part.name), std::span<const double>(part.values),
-               {part.values.size()}, "SI");
+  const auto& axis = flow.grid().axis;
+  const std::vector<std::size_t> shape{static_cast<std::size_t>(axis[2].n), static_cast<std::size_t>(axis[1].n),
+                                       static_cast<std::size_t>(axis[0].n)};
+  for (const StateField& f : state_fields(flow)) file.write(f.name, gather(f), shape, "SI");
+  file.write("state/marks", marks, shape, "steps");
+  const auto box = flow.active_box();
+  file.write("state/active_box", std::vector<std::int32_t>(box.begin(), box.end()), {box.size()}, "1");
   if (bodies != nullptr) {
     const auto history = bodies->history();
     file.write("walls", history, {history.size()}, "bytes of this program version");
@@ -84,11 +117,20 @@ RunClock read_checkpoint(const std::filesystem::path& directory, Flow& flow,
   clock.surface_history = file.read<double>("surface_probes/overpressure");
   clock.bodies = file.read<double>("bodies/motions");
   clock.sums = file.read<double>("sums");
-  for (const auto& part : flow.checkpoint()) {
-    const auto values = read_of_size(file, "state/" + std::string(part.name), part.values.size(), path);
-    std::copy(values.begin(), values.end(), part.values.begin());
+  // Every rank reads the file and takes its own nodes.
+  const NodeBox own = flow.owned();
+  const Grid& grid = flow.grid();
+  for (const StateField& f : state_fields(flow)) {
+    const auto values = read_of_size(file, f.name, grid.n_cells(), path);
+    const auto view = f.conserved ? flow.conserved() : flow.primitives();
+    for_nodes(own, [&](int i, int j, int k) { view(f.field, i, j, k) = values[place_of(grid, i, j, k)]; });
   }
-  flow.restored();
+  const auto marks = file.read<std::uint8_t>("state/marks");
+  for_nodes(own, [&](int i, int j, int k) { flow.set_mark(i, j, k, marks.at(place_of(grid, i, j, k))); });
+  const auto box = file.read<std::int32_t>("state/active_box");
+  std::array<int, 6> active{};
+  for (std::size_t b = 0; b < active.size(); ++b) active[b] = box.at(b);
+  flow.restored_nodes(active);
   if (bodies != nullptr)
     for (std::size_t b = 0; b < bodies->n_bodies(); ++b) {
       if (!bodies->body(b).moves) continue;

@@ -26,8 +26,9 @@ struct RunClock {
   std::vector<double> sums;             ///< further running maxima and sums, by the run's own order
 };
 
-/// Writes the whole state to `directory`/flow.h5, aside first and then renamed.
-void write_checkpoint(const std::filesystem::path& directory, Flow& flow,
+/// Writes the whole state to `directory`/flow.h5, aside first and then renamed. It holds the nodes of the
+/// whole grid, gathered by the root, so that a run goes on with any number of ranks. Collective.
+void write_checkpoint(const Ranks& ranks, const std::filesystem::path& directory, const Flow& flow,
                       const ImmersedBoundary* bodies, const Probes& probes, const RunClock& clock);
 
 /// Reads it back: fields, walls, probe histories. The

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "coupler/base/hdf5_file.hpp"
+#include "flow_solver/ranks/gather.hpp"
 
 namespace ocublast::flow {
 namespace {
@@ -15,17 +16,6 @@ std::vector<double> faces(const Axis& axis) {
   for (int i = 0; i < axis.n; ++i)
     x.push_back(i + 1 == axis.n ? axis.max : x.back() + (axis.present ? axis.h(i) : axis.max - axis.min));
   return x;
-}
-
-/// One cell value per node, [n_k, n_j, n_i].
-template <class Value>
-std::vector<float> gather(const Grid& grid, Value&& value) {
-  std::vector<float> out;
-  out.reserve(grid.n_cells());
-  for (int k = 0; k < grid.axis[2].n; ++k)
-    for (int j = 0; j < grid.axis[1].n; ++j)
-      for (int i = 0; i < grid.axis[0].n; ++i) out.push_back(static_cast<float>(value(i, j, k)));
-  return out;
 }
 
 std::string data_item(std::string_view shape, std::string_view file, std::string_view dataset,
@@ -50,38 +40,45 @@ const char* const xdmf_tail = "</Grid></Domain></Xdmf>\n";
 FieldOutput::FieldOutput(const Grid& grid, const Gas& gas, Options options)
     : grid_(&grid), gas_(gas), options_(std::move(options)) {}
 
-void FieldOutput::write(FieldsView<const double> W, std::span<const std::uint8_t> tags, double t) {
+void FieldOutput::write(const Ranks& ranks, const NodeBox& own, FieldsView<const double> W,
+                        std::span<const std::uint8_t> tags, double t) {
   const Grid& grid = *grid_;
+  const auto gather = [&](auto&& value) { return gather_nodes<float>(ranks, grid, own, value); };
+  struct Scalar {
+    const char *name, *units;
+    std::vector<float> values;  ///< [n_k, n_j, n_i]
+  };
+  const std::array<Scalar, 3> scalars{
+      Scalar{"overpressure", "Pa", gather([&](int i, int j, int k) {
+               return pressure(gas_, W(prim_rho, i, j, k), W(prim_T, i, j, k)) - options_.ambient_pressure;
+             })},
+      Scalar{"density", "kg/m^3", gather([&](int i, int j, int k) { return W(prim_rho, i, j, k); })},
+      Scalar{"temperature", "K", gather([&](int i, int j, int k) { return W(prim_T, i, j, k); })}};
+  std::array<std::vector<float>, 3> u;
+  for (int a = 0; a < 3; ++a)
+    u[static_cast<std::size_t>(a)] = gather([&](int i, int j, int k) { return W(prim_u + a, i, j, k); });
+  has_tags_ = !tags.empty();
+  times_.push_back(t);
+  if (!ranks.root()) return;
   const std::vector<std::size_t> shape{static_cast<std::size_t>(grid.axis[2].n),
                                        static_cast<std::size_t>(grid.axis[1].n),
                                        static_cast<std::size_t>(grid.axis[0].n)};
-  auto file = Hdf5File::create(options_.directory / "flow" / fmt::format("{:04}.h5", times_.size()));
+  auto file = Hdf5File::create(options_.directory / "flow" / fmt::format("{:04}.h5", times_.size() - 1));
   const std::array<const char*, 3> names{"x", "y", "z"};
   for (std::size_t a = 0; a < 3; ++a) {
     const auto x = faces(grid.axis[a]);
     file.write(fmt::format("faces_{}", names[a]), x, {x.size()}, "m");
   }
-  file.write("overpressure", gather(grid, [&](int i, int j, int k) {
-               return pressure(gas_, W(prim_rho, i, j, k), W(prim_T, i, j, k)) -
-                      options_.ambient_pressure;
-             }), shape, "Pa");
-  file.write("density", gather(grid, [&](int i, int j, int k) { return W(prim_rho, i, j, k); }), shape,
-             "kg/m^3");
-  file.write("temperature", gather(grid, [&](int i, int j, int k) { return W(prim_T, i, j, k); }),
-             shape, "K");
+  for (const Scalar& s : scalars) file.write(s.name, s.values, shape, s.units);
   std::vector<float> velocity;
   velocity.reserve(3 * grid.n_cells());
-  for (int k = 0; k < grid.axis[2].n; ++k)
-    for (int j = 0; j < grid.axis[1].n; ++j)
-      for (int i = 0; i < grid.axis[0].n; ++i)
-        for (int a = 0; a < 3; ++a) velocity.push_back(static_cast<float>(W(prim_u + a, i, j, k)));
+  for (std::size_t c = 0; c < grid.n_cells(); ++c)
+    for (const auto& component : u) velocity.push_back(component[c]);
   file.write("velocity", velocity, {shape[0], shape[1], shape[2], 3}, "m/s");
   // 0: gas; elsewhere the other fields hold what the walls' stencils left there.
-  has_tags_ = !tags.empty();
   if (has_tags_) file.write("tag", tags, shape, "1");
   file.write("time", std::vector<double>{t}, {1}, "s");
   file.close();
-  times_.push_back(t);
   write_index();
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "coupler/base/ranks.hpp"
 #include "flow_solver/gas/gas.hpp"
 #include "flow_solver/grid/fields.hpp"
 #include "flow_solver/grid/grid.hpp"
@@ -22,8 +23,10 @@ class FieldOutput {
     double ambient_pressure = 0.0;       ///< Pa
   };
   FieldOutput(const Grid& grid, const Gas& gas, Options options);
-  /// Writes frame number n_frames(): overpressure, density, temperature, velocity, tags.
-  void write(FieldsView<const double> W, std::span<const std::uint8_t> tags, double t);
+  /// Writes frame number n_frames(): overpressure, density, temperature, velocity, tags. Under ranks W
+  /// holds the nodes in `own`; the root gathers and writes. Collective.
+  void write(const Ranks& ranks, const NodeBox& own, FieldsView<const double> W,
+             std::span<const std::uint8_t> tags, double t);
   [[nodiscard]] std::size_t n_frames() const { return times_.size(); }
   /// Continues a series after a resume: the first n frames of times are kept.
   void restore(std::vector<double> times) { times_ = std::move(times); }

@@ -6,6 +6,7 @@
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/io/csv_table.hpp"
+#include "flow_solver/ranks/gather.hpp"
 
 namespace ocublast::flow {
 namespace {
@@ -53,25 +54,28 @@ void Probes::open(const std::filesystem::path& csv, double resume_time) {
   file_ = open_csv_table(csv, header, resume_time);
 }
 
-void Probes::sample(FieldsView<const double> W, std::span<const std::uint8_t> tags, double t) {
-  const auto n_i = static_cast<std::size_t>(grid_->axis[0].n);
-  const auto n_j = static_cast<std::size_t>(grid_->axis[1].n);
+void Probes::sample(const Ranks& ranks, const NodeBox& own, FieldsView<const double> W,
+                    std::span<const std::uint8_t> tags, double t) {
   std::string line = fmt::format("{:.17g}", t);
   times_.push_back(t);
-  for (const auto& corners : corners_) {
-    std::array<double, n_primitive> sum{};
-    double p = 0.0;
-    double weight = 0.0;
-    for (const auto& corner : corners) {
+  // Per probe: the primitives, the pressure and the weight of the fluid corners.
+  constexpr std::size_t n_sums = n_primitive + 2;
+  std::vector<double> sums(n_sums * corners_.size(), 0.0);
+  for (std::size_t b = 0; b < corners_.size(); ++b) {
+    double* sum = sums.data() + n_sums * b;
+    for (const auto& corner : corners_[b]) {
       const auto [i, j, k] = corner.node;
-      const std::size_t cell = static_cast<std::size_t>(i) +
-                               n_i * (static_cast<std::size_t>(j) + n_j * static_cast<std::size_t>(k));
-      if (corner.weight == 0.0 || (!tags.empty() && tags[cell] != 0U)) continue;
-      weight += corner.weight;
-      for (int f = 0; f < n_primitive; ++f)
-        sum[static_cast<std::size_t>(f)] += corner.weight * W(f, i, j, k);
-      p += corner.weight * pressure(gas_, W(prim_rho, i, j, k), W(prim_T, i, j, k));
+      if (corner.weight == 0.0 || !holds(own, i, j, k)) continue;
+      if (!tags.empty() && tags[place_of(*grid_, i, j, k)] != 0U) continue;
+      for (int f = 0; f < n_primitive; ++f) sum[f] += corner.weight * W(f, i, j, k);
+      sum[n_primitive] += corner.weight * pressure(gas_, W(prim_rho, i, j, k), W(prim_T, i, j, k));
+      sum[n_primitive + 1] += corner.weight;
     }
+  }
+  if (!corners_.empty()) ranks.sum_of_all(sums);
+  for (std::size_t b = 0; b < corners_.size(); ++b) {
+    const double* sum = sums.data() + n_sums * b;
+    const double p = sum[n_primitive], weight = sum[n_primitive + 1];
     // A probe that a body has covered reads ambient: nothing is measured there.
     const double scale = weight > 0.0 ? 1.0 / weight : 0.0;
     const double over = weight > 0.0 ? p * scale - ambient_pressure_ : 0.0;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "coupler/base/ranks.hpp"
 #include "flow_solver/gas/gas.hpp"
 #include "flow_solver/grid/fields.hpp"
 #include "flow_solver/grid/grid.hpp"
@@ -40,8 +41,10 @@ class Probes {
 
   /// Starts the CSV file, or continues it after its line of time `resume_time`.
   void open(const std::filesystem::path& csv, double resume_time = -1.0);
-  /// Samples W (tags [n_k, n_j, n_i], 0 = fluid; empty: all fluid) at time t.
-  void sample(FieldsView<const double> W, std::span<const std::uint8_t> tags, double t);
+  /// Samples W (tags [n_k, n_j, n_i], 0 = fluid; empty: all fluid) at time t. Under ranks W holds the nodes
+  /// in `own`, and every rank gets all probes' values. Collective.
+  void sample(const Ranks& ranks, const NodeBox& own, FieldsView<const double> W, std::span<const std::uint8_t> tags,
+              double t);
   void flush() { file_.flush(); }
 
   [[nodiscard]] const std::vector<Probe>& probes() const { return probes_; }

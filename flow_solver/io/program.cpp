@@ -7,6 +7,7 @@
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/log.hpp"
+#include "coupler/base/ranks.hpp"
 #include "coupler/base/version.hpp"
 #include "flow_solver/io/body_surface.hpp"
 #include "flow_solver/io/run.hpp"
@@ -29,10 +30,21 @@ std::string describe(const FlowCase& flow_case) {
                      flow_case.common.end_time);
 }
 
+/// The root writes the log; the other ranks' faults reach standard error when they end.
+std::shared_ptr<spdlog::logger> rank_logger(const Ranks& ranks, const CommandLine& line) {
+  if (ranks.root()) return make_logger("flow_solver", line.out.empty() ? line.out : line.out / "log" / "flow_solver.log");
+  return std::make_shared<spdlog::logger>("flow_solver");
+}
+
+/// Threads of a rank where the command line says nothing: the machine's share.
+int default_threads(const Ranks& ranks) {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / ranks.on_this_host());
+}
+
 /// Whether the run reached its end.
-bool run(const CommandLine& line) {
+bool run(const Ranks& ranks, const CommandLine& line) {
   if (line.list_keys) {
-    list_keys();
+    if (ranks.root()) list_keys();
     return true;
   }
   CaseReader reader(line.source);
@@ -42,21 +54,23 @@ bool run(const CommandLine& line) {
     reader.section("flow").fault("body", "a case with [coupling] needs a body with motion = \"coupled\"");
   if (!coupled && flow_case.coupled)
     reader.section("flow").fault("body", "a coupled body needs a [coupling] table");
+  if (!ranks.alone() && !flow_case.bodies.empty())
+    reader.section("flow").fault("body", fmt::format("immersed bodies run on one rank, not on {}; start the flow solver "
+                                                     "without mpirun, its threads share the work", ranks.size()));
   reader.finish();
   if (line.effective_only) {
-    std::fputs(reader.effective().c_str(), stdout);
+    if (ranks.root()) std::fputs(reader.effective().c_str(), stdout);
     return true;
   }
   if (line.check_only) {
     static_cast<void>(make_bodies(flow_case, nullptr));
-    std::fputs(describe(flow_case).c_str(), stdout);
+    if (ranks.root()) std::fputs(describe(flow_case).c_str(), stdout);
     return true;
   }
-  flow_case.options.threads =
-      line.threads > 0 ? line.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  flow_case.options.threads = line.threads > 0 ? line.threads : default_threads(ranks);
   omp_set_num_threads(flow_case.options.threads);
-  auto log = make_logger("flow_solver", line.out.empty() ? line.out : line.out / "log" / "flow_solver.log");
-  if (!coupled) return FlowRun(std::move(flow_case), line, log, nullptr).run_alone();
+  auto log = rank_logger(ranks, line);
+  if (!coupled) return FlowRun(ranks, std::move(flow_case), line, log, nullptr).run_alone();
   link::Participant coupler(link::connection_from_environment(
       link::Role::flow, fmt::format("flow_solver {}", version_text), reader.hash()));
   coupler.guard([&] {
@@ -68,7 +82,7 @@ bool run(const CommandLine& line) {
       surface.triangles = own.triangles;
       coupler.send_mesh(surface);
     }
-    FlowRun flow_run(std::move(flow_case), line, log, &surface);
+    FlowRun flow_run(ranks, std::move(flow_case), line, log, &surface);
     flow_run.run_coupled(coupler);
   });
   return true;
@@ -78,16 +92,14 @@ bool run(const CommandLine& line) {
 
 int run_flow_solver(int argc, char** argv) {
   const std::string program = "flow_solver";
-  try {
-    mallopt(M_MMAP_THRESHOLD, 256 << 20);  // large messages and frames come from re-used memory
-    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  mallopt(M_MMAP_THRESHOLD, 256 << 20);  // large messages and frames come from re-used memory
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  return run_on_ranks(program, [&](const Ranks& ranks) {
     const auto line = parse_command_line(argc, argv, program,
                                          "Compressible flow on a Cartesian grid with immersed bodies.");
-    const bool finished = !line || run(*line);
+    const bool finished = !line || run(ranks, *line);
     return static_cast<int>(finished ? ExitCode::done : ExitCode::other);
-  } catch (...) {
-    return report_current_exception(program);
-  }
+  });
 }
 
 }  // namespace ocublast::flow

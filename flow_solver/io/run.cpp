@@ -104,13 +104,14 @@ std::vector<Body> make_bodies(const FlowCase& flow_case, const link::InterfaceMe
   return bodies;
 }
 
-FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
+FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
                  const link::InterfaceMesh* coupled_surface)
-    : case_(std::move(flow_case)),
+    : ranks_(&ranks),
+      case_(std::move(flow_case)),
       out_(line.out),
       log_(std::move(log)),
-      quiet_(line.quiet),
-      flow_(make_grid(case_.axes, case_.geometry), case_.boundaries, case_.options),
+      quiet_(line.quiet || !ranks.root()),
+      flow_(make_grid(case_.axes, case_.geometry), case_.boundaries, case_.options, &ranks),
       probes_(flow_.grid(), case_.options.gas, case_.probes, case_.common.ambient_pressure),
       fields_(flow_.grid(), case_.options.gas,
               {.directory = line.out, .ambient_pressure = case_.common.ambient_pressure}),
@@ -154,17 +155,19 @@ FlowRun::FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<sp
   }
   flow_.fill_domain_ghosts();
   start_bodies(!line.resume.empty());
-  if (!out_.empty()) {
+  if (!out_.empty() && ranks_->root()) {
     probes_.open(out_ / "probes.csv", resume_time);
     open_globals(resume_time);
   }
   if (line.resume.empty()) {
-    probes_.sample(std::as_const(flow_).primitives(), tags(), clock_.time);
+    probes_.sample(*ranks_, flow_.owned(), std::as_const(flow_).primitives(), tags(), clock_.time);
     write_outputs(false);
   }
   setup_seconds_ = wall_clock() - wall_start_;
-  log_->info("{} nodes, {} in the gas, kernels {}, {} threads, set-up {:.2f} s", flow_.grid().n_cells(),
-             fluid_nodes_, flow_.instruction_set(), case_.options.threads, setup_seconds_);
+  const auto blocks = flow_.rank_blocks();
+  log_->info("{} nodes, {} in the gas, kernels {}, {} x {} x {} ranks of {} threads, set-up {:.2f} s",
+             flow_.grid().n_cells(), fluid_nodes_, flow_.instruction_set(), blocks[0], blocks[1], blocks[2],
+             case_.options.threads, setup_seconds_);
 }
 
 /// Bursts and charges at the start; after a resume only the waves that still come in from outside.
@@ -299,7 +302,7 @@ void FlowRun::after_step() {
 void FlowRun::write_step() {
   const auto& r = last_report_;
   const double begin = wall_clock();
-  probes_.sample(std::as_const(flow_).primitives(), tags(), clock_.time);
+  probes_.sample(*ranks_, flow_.owned(), std::as_const(flow_).primitives(), tags(), clock_.time);
   sample_surface_probes();
   write_globals(r);
   write_outputs(false);
@@ -320,7 +323,7 @@ void FlowRun::write_outputs(bool last) {
     return !times.empty() && times.back() == clock_.time;
   };
   if (due(case_.output.every, clock_.next_output) && !written(fields_.times()))
-    fields_.write(W, tags(), clock_.time);
+    fields_.write(*ranks_, flow_.owned(), W, tags(), clock_.time);
   if (bodies_ && due(case_.output.interface_every, clock_.next_interface) &&
       !written(surfaces_.times()))
     surfaces_.write(*bodies_, W, case_.common.ambient_pressure, clock_.time);
@@ -346,8 +349,9 @@ void FlowRun::open_globals(double resume_time) {
 }
 
 void FlowRun::write_globals(const StepReport& r) {
-  if (!globals_.is_open()) return;
+  if (out_.empty()) return;
   const auto totals = flow_.totals();
+  if (!globals_.is_open()) return;
   globals_ << fmt::format("{:.17g},{},{:.9g},{:.15g},{:.15g},{:.5g},{},{},{:.9g},{:.9g}", clock_.time,
                           clock_.step, r.dt, totals.mass, totals.energy, r.active_share, r.marked_nodes,
                           r.redone, r.largest_pressure, r.smallest_pressure);
@@ -400,7 +404,8 @@ void FlowRun::save(const std::filesystem::path& directory) {
   clock_.surface_history = surface_history_;
   keep_sums();
   clock_.bodies = save_bodies();
-  write_checkpoint(directory, flow_, bodies_.get(), probes_, clock_);
+  if (ranks_->root()) std::filesystem::create_directories(directory);
+  write_checkpoint(*ranks_, directory, flow_, bodies_.get(), probes_, clock_);
   probes_.flush();
   globals_.flush();
 }
@@ -411,7 +416,6 @@ std::string FlowRun::save_last_good() {
   flow_.roll_back(clock_.time);
   if (bodies_) bodies_->move_to(clock_.time);
   const auto place = link::checkpoint_directory(out_, static_cast<std::uint64_t>(clock_.step));
-  std::filesystem::create_directories(place);
   save(place);
   return fmt::format("; the last good step, t = {:.9e} s, is in {}", clock_.time, place.string());
 }
@@ -420,7 +424,10 @@ bool FlowRun::run_alone() {
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
   const double end = case_.common.end_time;
-  while (clock_.time < end && stop_asked == 0) {
+  bool stopped = false;
+  while (clock_.time < end) {
+    stopped = ranks_->any_of_all(stop_asked != 0);  // the signal may reach them between different steps
+    if (stopped) break;
     const double dt = stable_step();
     const double remaining = end - clock_.time;
     // The last two steps share what is left, so that the run ends exactly and without a sliver.
@@ -428,11 +435,9 @@ bool FlowRun::run_alone() {
     step_to(next);
     show_progress(false);
   }
-  if (stop_asked != 0) {
+  if (stopped) {
     if (out_.empty()) return false;
-    const auto place = link::checkpoint_directory(out_, static_cast<std::uint64_t>(clock_.step));
-    std::filesystem::create_directories(place);
-    save(place);
+    save(link::checkpoint_directory(out_, static_cast<std::uint64_t>(clock_.step)));
     log_->warn("stopped by a signal at t = {:.6g} s; continue with --resume {}", clock_.time, out_.string());
     return false;
   }

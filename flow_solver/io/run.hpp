@@ -40,7 +40,8 @@ std::vector<StartQuantity> apply_initial_state(const FlowCase& flow_case, const 
 class FlowRun {
  public:
   /// `coupled_surface`: the wet surface that the solid sent; needed when the case has a coupled body.
-  FlowRun(FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
+  /// `ranks` outlives the run; all of them make it and run it together, the root alone writes.
+  FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
           const link::InterfaceMesh* coupled_surface);
 
   /// Runs to the end of time; a signal ends it early with a checkpoint. Whether the end was reached.
@@ -75,6 +76,7 @@ class FlowRun {
   [[nodiscard]] std::span<const std::uint8_t> tags() const;
   [[nodiscard]] std::string status() const;
 
+  const Ranks* ranks_;
   FlowCase case_;
   std::filesystem::path out_;
   std::shared_ptr<spdlog::logger> log_;

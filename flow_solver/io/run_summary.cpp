@@ -33,7 +33,7 @@ void FlowRun::restore_sums() {
 }
 
 void FlowRun::write_summary() {
-  if (out_.empty()) return;
+  if (out_.empty() || !ranks_->root()) return;
   Json quantities = Json::array();
   for (const StartQuantity& q : start_quantities_) quantities.push_back(quantity(q.name, q.value, q.unit));
   const auto add_wave = [&](const std::string& name, const ProbeResult& result) {
@@ -91,6 +91,7 @@ void FlowRun::write_summary() {
       {"flow_active_share", sums_.active_sum / steps},
       {"flow_instruction_set", flow_.instruction_set()},
       {"flow_threads", case_.options.threads},
+      {"flow_ranks", ranks_->size()},
       {"flow_redone_steps", sums_.redone},
       {"flow_marked_nodes_per_step", sums_.marked / steps},
       {"flow_floored_nodes", sums_.floored},

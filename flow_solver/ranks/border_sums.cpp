@@ -92,10 +92,10 @@ void BorderSums::finish() {
   }
 }
 
-std::size_t BorderSums::bytes() const {
-  std::size_t count = 0;
-  for (const auto& out : outgoing_) count += out->data.size() * sizeof(double);
-  return count;
+Traffic BorderSums::traffic() const {
+  Traffic t;
+  for (const auto& out : outgoing_) t += {1.0, static_cast<double>(out->data.size() * sizeof(double))};
+  return t;
 }
 
 }  // namespace ocublast::flow

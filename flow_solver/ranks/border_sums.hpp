@@ -6,6 +6,7 @@
 #include "coupler/base/rank_exchange.hpp"
 #include "flow_solver/numerics/kernel.hpp"
 #include "flow_solver/ranks/border_weights.hpp"
+#include "flow_solver/ranks/halo.hpp"
 #include "flow_solver/ranks/rank_part.hpp"
 
 namespace ocublast::flow {
@@ -26,9 +27,8 @@ class BorderSums {
   [[nodiscard]] const double* low() const { return low_ ? low_->total.data() : nullptr; }
   [[nodiscard]] const double* high() const { return high_ ? high_->total.data() : nullptr; }
   [[nodiscard]] int known() const { return known_; }
-  /// Bytes sent by this rank each time.
-  [[nodiscard]] std::size_t bytes() const;
-  [[nodiscard]] std::size_t messages() const { return outgoing_.size(); }
+  /// What this rank sends each time.
+  [[nodiscard]] Traffic traffic() const;
 
  private:
   /// A border within reach of this block's nodes.

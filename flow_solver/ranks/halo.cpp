@@ -63,8 +63,10 @@ void Halo::start(const Block& block) {
   exchange_->start();
 }
 
-void Halo::poll() {
-  if (exchange_) exchange_->poll();
+Traffic Halo::traffic() const {
+  Traffic t;
+  for (const auto& face : faces_) t += {1.0, static_cast<double>(face->out.size() * sizeof(double))};
+  return t;
 }
 
 void Halo::finish(const Block& block) {

@@ -9,6 +9,16 @@
 
 namespace ocublast::flow {
 
+/// Messages and bytes that a rank sends.
+struct Traffic {
+  double messages = 0.0, bytes = 0.0;
+  Traffic& operator+=(const Traffic& t) {
+    messages += t.messages;
+    bytes += t.bytes;
+    return *this;
+  }
+};
+
 /// What a halo carries: layers of the fields next to the borders across the axes in the mask.
 struct HaloSpec {
   int channel = 0;          ///< of RankExchange
@@ -27,8 +37,9 @@ class Halo {
   Halo(const RankPart& part, HaloSpec spec);
   /// Packs and sends; the ghosts hold the neighbours' nodes after `finish`.
   void start(const Block& block);
-  void poll();
   void finish(const Block& block);
+  /// What this rank sends each time.
+  [[nodiscard]] Traffic traffic() const;
 
  private:
   struct Face {

@@ -79,6 +79,25 @@ RankFlow::RankFlow(RankPart part_in, const LineScheme& scheme, int state_depth, 
   bit_exchange_ = std::make_unique<RankExchange>(*part.ranks, channel_bits, sends, receives);
 }
 
+Traffic RankFlow::step_traffic(bool nodal, bool sensors_on) const {
+  Traffic all;
+  const auto add = [&](const std::vector<Halo>& halos) {
+    for (const Halo& h : halos) all += h.traffic();
+  };
+  for (int time = 0; time < 5; ++time) {  // before the sensors, and in each of the four stages
+    if (nodal) add(state_by_axis);
+    else all += state.traffic();
+  }
+  if (sensors_on) {
+    for (const auto* halos : {&theta, &sensors, &kappa}) add(*halos);
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (int stage = 0; stage < 4 && flux[a]; ++stage) all += flux[a]->traffic();
+    if (filter[a]) all += filter[a]->traffic();
+  }
+  return all;
+}
+
 const RankFlow::EndBits& RankFlow::exchange_bits(const std::function<bool(int i, int j, int k)>& bit) {
   for (const auto& face : bit_faces_) {
     // Lines of the axis as (b, c): groups of eight run along b.

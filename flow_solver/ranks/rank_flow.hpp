@@ -39,7 +39,8 @@ struct RankFlow {
   [[nodiscard]] const EndBits& exchange_bits(const std::function<bool(int i, int j, int k)>& bit);
   EndBits marked;  ///< what the kernels see of the neighbours' marks
 
-  [[nodiscard]] int groups_of(int axis) const { return n_groups_[static_cast<std::size_t>(axis)]; }
+  /// What this rank sends in a step without marks; `nodal`: with nodal stress.
+  [[nodiscard]] Traffic step_traffic(bool nodal, bool sensors_on) const;
 
  private:
   struct BitFace {

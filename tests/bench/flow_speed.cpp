@@ -2,7 +2,8 @@
 // the time goes. Usage: flow_speed [n ...] [-t threads] [-v] [-p] [-i isa] [-s steps]; without -t one
 // and two threads; -v with viscosity, -m with marked nodes in every pencil of the front, -p prints the
 // passes; -b a blast and -q a quiet gas with and without the active box; -l the limits of the machine.
-// With -j every run is one line of JSON as well.
+// With -j every run is one line of JSON as well. Under mpirun: the same cube on all ranks with one thread
+// each, in blocks -x nx ny nz; -w gives every rank a cube of its own; -l measures an exchange.
 //
 // Processor time, and the fastest of the steps: what the machine does for others then matters least.
 
@@ -16,11 +17,13 @@
 #include <string_view>
 #include <vector>
 
+#include "coupler/base/rank_exchange.hpp"
 #include "flow_solver/pass_clock.hpp"
 #include "tests/verification/flow_run.hpp"
 
 namespace {
 
+using namespace ocublast;
 using namespace ocublast::flow;
 
 struct Request {
@@ -29,6 +32,8 @@ struct Request {
   bool viscous = false, passes = false, marked = false, json = false;
   const char* isa = "";
   int steps = 0;
+  std::array<int, 3> blocks{};
+  bool weak = false;
 };
 
 struct Rate {
@@ -76,6 +81,80 @@ Rate rate(int n, int threads, const Request& r) {
   out.wall = cells * steps / seconds;
   out.best = cells / threads / fastest;
   return out;
+}
+
+/// Under mpirun: seconds of wall time of a step on all ranks together (fastest and median), and what this
+/// rank's neighbours get. Every rank has one thread.
+void rank_rate(const Ranks& ranks, int n, const Request& r) {
+  FlowOptions o = unit_options();
+  o.rank_blocks = r.blocks;
+  o.time_passes = r.passes;
+  const std::array<int, 3> nodes = r.weak ? std::array{n, n, n * ranks.size()} : std::array{n, n, n};
+  Flow flow(uniform_grid(nodes, {0, 0, 0}, {1, 1, r.weak ? 1.0 * ranks.size() : 1.0}), all_faces(BoundaryKind::symmetry),
+            o, &ranks);
+  flow.set_state([](double x, double y, double z) {
+    return State{.rho = 1.0, .p = x * x + y * y + z * z < 0.09 ? 8.0 : 1.0};
+  });
+  for (int s = 0; s < 2; ++s) flow.advance(0.0, flow.stable_step());
+  std::vector<double> seconds;
+  std::array<double, n_passes> pass{};
+  pass.fill(1e300);
+  std::vector<double> before(n_passes, 0.0);
+  for (int s = 0; s < (r.steps > 0 ? r.steps : 10); ++s) {
+    ranks.wait_for_all();
+    const auto now = flow.pass_seconds();
+    std::copy(now.begin(), now.end(), before.begin());
+    const auto begin = std::chrono::steady_clock::now();
+    flow.advance(0.0, flow.stable_step());
+    ranks.wait_for_all();
+    seconds.push_back(ranks.max_of_all(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()));
+    for (std::size_t p = 0; p < n_passes; ++p) pass[p] = std::min(pass[p], flow.pass_seconds()[p] - before[p]);
+  }
+  std::sort(seconds.begin(), seconds.end());
+  if (!ranks.root()) return;
+  const auto blocks = flow.rank_blocks();
+  const auto traffic = flow.rank_traffic();
+  const double cells = static_cast<double>(flow.grid().n_cells());
+  std::printf("flow_speed %d x %d x %d on %d ranks (%d x %d x %d): fastest step %.2f ms, median %.2f ms, %.2f million "
+              "cells/s; a rank sends %.0f messages, %.2f MB\n", nodes[0], nodes[1], nodes[2], ranks.size(), blocks[0],
+              blocks[1], blocks[2], 1e3 * seconds.front(), 1e3 * seconds[seconds.size() / 2],
+              1e-6 * cells / seconds.front(), traffic[0], 1e-6 * traffic[1]);
+  if (r.passes) {
+    std::printf("  ms per step of rank 0:");
+    for (std::size_t p = 0; p < n_passes; ++p) std::printf(" %s %.2f,", pass_names[p], 1e3 * pass[p]);
+    std::printf("\n");
+  }
+  if (r.json) {
+    std::printf("{\"kind\": \"ranks\", \"n\": %d, \"ranks\": %d, \"weak\": %s, \"best\": %g, \"median\": %g, \"messages\": "
+                "%g, \"bytes\": %g}\n", n, ranks.size(), r.weak ? "true" : "false", seconds.front(),
+                seconds[seconds.size() / 2], traffic[0], traffic[1]);
+  }
+}
+
+/// Latency and bandwidth of an exchange between the first two ranks: fastest of many.
+void rank_limits(const Ranks& ranks) {
+  for (const std::size_t count : {std::size_t{1}, std::size_t{1} << 17}) {
+    std::vector<double> out(count), in(count);
+    std::vector<RankExchange::Message> sends, receives;
+    if (ranks.rank() < 2) {
+      sends.push_back({1 - ranks.rank(), out});
+      receives.push_back({1 - ranks.rank(), in});
+    }
+    RankExchange exchange(ranks, 900, sends, receives);
+    double best = 1e300, reduction = 1e300;
+    for (int repeat = 0; repeat < 200; ++repeat) {
+      ranks.wait_for_all();
+      const auto begin = std::chrono::steady_clock::now();
+      exchange.start();
+      exchange.finish();
+      best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+      const auto middle = std::chrono::steady_clock::now();
+      static_cast<void>(ranks.any_of_all(false));
+      reduction = std::min(reduction, std::chrono::duration<double>(std::chrono::steady_clock::now() - middle).count());
+    }
+    if (!ranks.root()) continue;
+    std::printf("{\"kind\": \"exchange\", \"bytes\": %zu, \"seconds\": %g, \"reduction\": %g}\n", 8 * count, best, reduction);
+  }
 }
 
 double cpu_now() { return PassClock::now(); }
@@ -172,9 +251,8 @@ void limits(bool json) {
   if (json) std::printf("{\"kind\": \"limits\", \"read\": %g}\n", bandwidth);
 }
 
-}  // namespace
 
-int main(int argc, char** argv) {
+int run(const Ranks& ranks, int argc, char** argv) {
   Request r;
   char scene = ' ';
   for (int a = 1; a < argc; ++a) {
@@ -188,7 +266,16 @@ int main(int argc, char** argv) {
     else if (arg == "-j") r.json = true;
     else if (arg == "-b" || arg == "-q" || arg == "-l") scene = arg[1];
     else if (arg == "-p") r.passes = true;
+    else if (arg == "-w") r.weak = true;
+    else if (arg == "-x" && a + 3 < argc) {
+      for (int& blocks : r.blocks) blocks = std::atoi(argv[++a]);
+    }
     else r.sizes.push_back(std::atoi(argv[a]));
+  }
+  if (!ranks.alone()) {
+    if (scene == 'l') rank_limits(ranks);
+    for (int n : r.sizes) rank_rate(ranks, n, r);
+    return 0;
   }
   if (scene == 'l') return limits(r.json), 0;
   if (r.sizes.empty()) r.sizes = {64, 128};
@@ -219,4 +306,10 @@ int main(int argc, char** argv) {
     }
   }
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run_on_ranks("flow_speed", [&](const Ranks& ranks) { return run(ranks, argc, argv); });
 }

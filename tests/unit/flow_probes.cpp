@@ -31,7 +31,7 @@ TEST(Probes, InterpolateALinearPressureExactly) {
       W(prim_rho, i, j, 0) = density(field.gas, p, 300.0);
     }
   Probes probes(field.grid, field.gas, {{"a", {0.37, 1.21, 0.0}}}, ambient);
-  probes.sample(W, {}, 0.0);
+  probes.sample(Ranks(), {{0, 0, 0}, {10, 10, 1}}, W, {}, 0.0);
   // Bilinear weights reproduce a linear function; 1e-9 is some 10 roundings of 1e5 Pa.
   EXPECT_NEAR(probes.history().at(0), 370.0 - 605.0, 1e-9);
 }
