@@ -27,10 +27,12 @@ ocublast_test(NAME test_flow_case_runs LABEL verification SOURCES verification/f
 
 # The flow on several ranks against one.
 add_executable(flow_ranks_run verification/flow_ranks_run.cpp)
-target_link_libraries(flow_ranks_run PRIVATE ocublast_flow_core ocublast_warnings)
-ocublast_test(NAME test_flow_ranks LABEL verification SOURCES verification/flow_ranks.cpp LIBRARIES TIMEOUT 120)
+target_link_libraries(flow_ranks_run PRIVATE ocublast_flow ocublast_warnings)
+ocublast_test(NAME test_flow_ranks LABEL verification SOURCES verification/flow_ranks.cpp
+              LIBRARIES ocublast_hdf5 TIMEOUT 120)
 target_include_directories(test_flow_ranks PRIVATE ${CMAKE_SOURCE_DIR})
-target_compile_definitions(test_flow_ranks PRIVATE FLOW_RANKS_RUN="$<TARGET_FILE:flow_ranks_run>")
-add_dependencies(test_flow_ranks flow_ranks_run)
+target_compile_definitions(test_flow_ranks PRIVATE FLOW_RANKS_RUN="$<TARGET_FILE:flow_ranks_run>"
+                           FLOW_SOLVER="$<TARGET_FILE:flow_solver>")
+add_dependencies(test_flow_ranks flow_ranks_run flow_solver)
 ocublast_test(NAME test_flow_border_weights LABEL unit SOURCES unit/flow_border_weights.cpp
               LIBRARIES ocublast_flow_core)
