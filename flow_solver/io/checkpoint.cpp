@@ -56,6 +56,7 @@ void write_checkpoint(const Ranks& ranks, const std::filesystem::path& directory
                                                 [&](int i, int j, int k) { return flow.mark(i, j, k); });
   if (!ranks.root()) {
     for (const StateField& f : state_fields(flow)) static_cast<void>(gather(f));
+    ranks.wait_for_all();
     return;
   }
   auto file = Hdf5File::create(aside);
@@ -94,6 +95,7 @@ void write_checkpoint(const Ranks& ranks, const std::filesystem::path& directory
   file.write("probes/overpressure", probes.history(), {probes.history().size()}, "Pa");
   file.close();
   std::filesystem::rename(aside, path);
+  ranks.wait_for_all();  // who goes on knows that the file is there
 }
 
 RunClock read_checkpoint(const std::filesystem::path& directory, Flow& flow,

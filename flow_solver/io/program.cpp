@@ -97,8 +97,15 @@ int run_flow_solver(int argc, char** argv) {
   return run_on_ranks(program, [&](const Ranks& ranks) {
     const auto line = parse_command_line(argc, argv, program,
                                          "Compressible flow on a Cartesian grid with immersed bodies.");
-    const bool finished = !line || run(ranks, *line);
-    return static_cast<int>(finished ? ExitCode::done : ExitCode::other);
+    try {
+      const bool finished = !line || run(ranks, *line);
+      return static_cast<int>(finished ? ExitCode::done : ExitCode::other);
+    } catch (const NumericsError&) {
+      // A failed step fails on all ranks with the same text (Flow::advance): the root tells it and ends them.
+      if (ranks.root()) throw;
+      ranks.wait_for_all();
+      return static_cast<int>(ExitCode::numerics);
+    }
   });
 }
 

@@ -155,7 +155,8 @@ TEST(FlowOnRanks, EndTogetherWhenAStepFailsInOneBlock) {
 TEST(FlowOnRanks, EndTogetherWhenOneBlockStartsWithoutGas) {
   const auto outcome = run_ranks(2, program + " vacuum 1 1 2 5 none");
   EXPECT_EQ(outcome.code, 2) << outcome.output;
-  EXPECT_EQ(count(outcome.output, "initial state: density 0 kg/m^3"), 1) << outcome.output;
+  // Once, or again by the second rank where the machine is too busy to end it within half a second.
+  EXPECT_GE(count(outcome.output, "initial state: density 0 kg/m^3"), 1) << outcome.output;
 }
 
 /// A shock tube with probes, frames and bursts, in three directions.
@@ -286,7 +287,7 @@ TEST_F(ProgramOnRanks, RefusesBodies) {
   text.replace(text.find(open), open.size(), "z_max = \"piston\"\n[flow.boundary.z_max_piston]\nposition_m = 0.35\n");
   const auto outcome = run_case(2, text);
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_EQ(count(outcome.output, "immersed bodies run on one rank, not on 2"), 1) << outcome.output;
+  EXPECT_GE(count(outcome.output, "immersed bodies run on one rank, not on 2"), 1) << outcome.output;
 }
 
 }  // namespace

@@ -172,5 +172,13 @@ int run(const Ranks& ranks, int argc, char** argv) {
 
 int main(int argc, char** argv) {
   if (argc != 7 && argc != 9) return 1;
-  return run_on_ranks("flow_ranks_run", [&](const Ranks& ranks) { return run(ranks, argc, argv); });
+  return run_on_ranks("flow_ranks_run", [&](const Ranks& ranks) {
+    try {
+      return run(ranks, argc, argv);
+    } catch (const NumericsError&) {  // thrown by all ranks together
+      if (ranks.root()) throw;
+      ranks.wait_for_all();
+      return 4;
+    }
+  });
 }
