@@ -22,19 +22,21 @@ struct Checked {
   std::string text;
 };
 
-Checked ask_solver(link::Role role, const RunOptions& options, const std::filesystem::path& scratch) {
+Checked ask_solver(Party party, const Roster& roster, const RunOptions& options, const std::filesystem::path& scratch) {
   RunOptions plain = options;
   plain.out.clear();
+  plain.ranks_flow = plain.ranks_solid = 1;
   plain.resume.clear();
-  Child::Start start{.role = role, .command = solver_command(role, plain), .environment = {},
-                     .log = scratch / fmt::format("{}.log", link::to_word(role))};
+  const std::string word = roster.word(party);
+  Child::Start start{.party = party, .word = word, .command = solver_command(party, roster, plain), .environment = {},
+                     .log = scratch / fmt::format("{}.log", roster.file_name(party))};
   start.command.emplace_back("--check");
   Child child(start);
   const auto end = child.wait(check_limit);
   std::ifstream in(start.log);
   std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (!end) text += fmt::format("{}_solver --check did not end within {} s\n", link::to_word(role), check_limit);
-  else if (end->signal != 0) text += fmt::format("{}_solver --check was {}\n", link::to_word(role), end->text());
+  if (!end) text += fmt::format("{}: --check did not end within {} s\n", word, check_limit);
+  else if (end->signal != 0) text += fmt::format("{}: --check was {}\n", word, end->text());
   return {end && end->signal == 0 && end->exit_code == 0, text};
 }
 
@@ -54,9 +56,9 @@ void check_case(const RunOptions& options) {
   if (::mkdtemp(name.data()) == nullptr) throw LinkError("no temporary directory for the check");
   const std::filesystem::path scratch = name;
   std::string plan;
-  for (const link::Role role : {link::Role::flow, link::Role::solid}) {
-    if (!reader.has(link::to_word(role))) continue;
-    const Checked checked = ask_solver(role, options, scratch);
+  for (const Party party : settings.roster.all()) {
+    if (!reader.has(party == Party::flow ? "flow" : "solid")) continue;
+    const Checked checked = ask_solver(party, settings.roster, options, scratch);
     (checked.passed ? plan : faults) += checked.text;
   }
   std::filesystem::remove_all(scratch);

@@ -73,7 +73,7 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
 
 }  // namespace
 
-Child::Child(const Start& start) : role_(start.role), log_(start.log) {
+Child::Child(const Start& start) : party_(start.party), log_(start.log) {
   std::filesystem::create_directories(start.log.parent_path());
   const int log_fd = ::open(start.log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (log_fd < 0) throw LinkError(fmt::format("{}: cannot be created", start.log.string()));
@@ -94,7 +94,7 @@ Child::Child(const Start& start) : role_(start.role), log_(start.log) {
   if (error != 0) {
     if (pid_ > 0) ::waitpid(pid_, nullptr, 0);
     pid_ = -1;
-    throw LinkError(fmt::format("the {} side cannot be started: {}: {}", link::to_word(start.role),
+    throw LinkError(fmt::format("the {} side cannot be started: {}: {}", start.word,
                                 start.command.front(), std::strerror(error)));
   }
   pidfd_ = static_cast<int>(::syscall(SYS_pidfd_open, pid_, 0));
@@ -106,11 +106,11 @@ Child::Child(const Start& start) : role_(start.role), log_(start.log) {
 }
 
 Child::Child(Child&& other) noexcept
-    : role_(other.role_), pid_(std::exchange(other.pid_, -1)),
+    : party_(other.party_), pid_(std::exchange(other.pid_, -1)),
       pidfd_(std::exchange(other.pidfd_, -1)), log_(std::move(other.log_)), end_(other.end_) {}
 
 Child& Child::operator=(Child&& other) noexcept {
-  std::swap(role_, other.role_);
+  std::swap(party_, other.party_);
   std::swap(pid_, other.pid_);
   std::swap(pidfd_, other.pidfd_);
   std::swap(log_, other.log_);

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "coupler/link/participant.hpp"
+#include "coupler/party.hpp"
 
 namespace ocublast::coupler {
 
@@ -24,7 +24,8 @@ struct ProcessEnd {
 class Child {
  public:
   struct Start {
-    link::Role role = link::Role::flow;
+    Party party = Party::flow;
+    std::string word;  ///< how messages call it
     std::vector<std::string> command;
     std::vector<std::pair<std::string, std::string>> environment;  ///< added to ours
     std::filesystem::path log;  ///< standard output and error, appended
@@ -35,7 +36,7 @@ class Child {
   Child(Child&& other) noexcept;
   Child& operator=(Child&& other) noexcept;
 
-  [[nodiscard]] link::Role role() const { return role_; }
+  [[nodiscard]] Party party() const { return party_; }
   [[nodiscard]] int pidfd() const { return pidfd_; }  ///< readable once the process has ended
   [[nodiscard]] const std::filesystem::path& log() const { return log_; }
   /// How it ended; nothing while it runs.
@@ -46,7 +47,7 @@ class Child {
   void end(double patience) noexcept;
 
  private:
-  link::Role role_ = link::Role::flow;
+  Party party_ = Party::flow;
   pid_t pid_ = -1;
   int pidfd_ = -1;
   std::filesystem::path log_;

@@ -19,6 +19,8 @@ struct Line {
   std::filesystem::path traffic_a, traffic_b;
   std::string play;
   double tolerance = 0.0;
+  std::string live;
+  std::vector<std::string> solids;
   bool list_keys = false;
   bool effective_only = false;
 };
@@ -32,7 +34,10 @@ void add_run_options(CLI::App& app, Line& line) {
   app.add_option("--out", run.out, "where results go; default results/NAME");
   app.add_option("--resume", run.resume, "run directory whose last checkpoint is continued");
   app.add_option("--flow", run.flow_command, "command of the flow side; default flow_solver");
-  app.add_option("--solid", run.solid_command, "command of the solid side; default solid_solver");
+  app.add_option("--solid", run.solid_commands, "command of the solid side, of several NAME=COMMAND; default solid_solver")
+      ->expected(1)->take_all();
+  app.add_option("--ranks-flow", run.ranks_flow, "processes of the flow side, under mpirun")->check(CLI::Range(1, 4096));
+  app.add_option("--ranks-solid", run.ranks_solid, "processes of each solid, under mpirun")->check(CLI::Range(1, 4096));
   app.add_option("--threads-flow", run.threads_flow, "threads of the flow side, 0: all")
       ->check(CLI::Range(0, 1024));
   app.add_option("--threads-solid", run.threads_solid, "threads of the solid side, 0: all")
@@ -89,6 +94,7 @@ int run_command_line(int argc, char** argv) {
   status->add_option("directory", line.run.out, "its results")->required();
   auto* keygen = app.add_subcommand("keygen", "make the keys of tcp runs: coupler.key, flow.key, solid.key");
   keygen->add_option("directory", line.run.keys, "where they go; give each machine its own key alone")->required();
+  keygen->add_option("--solids", line.solids, "names of several solids");
   auto* dump = app.add_subcommand("dump", "print a recording");
   dump->add_option("traffic", line.traffic_a, "traffic.ocu")->required();
   auto* diff = app.add_subcommand("diff", "compare two recordings");
@@ -100,6 +106,7 @@ int run_command_line(int argc, char** argv) {
   replay->add_option("--as", line.play, "which side is played")->required()
       ->check(CLI::IsMember({"flow", "solid"}));
   replay->add_option("--tolerance", line.tolerance, "relative to the largest value of a field; 0: bytes");
+  replay->add_option("--live", line.live, "which of several solids is live when the flow is played; default the first");
   add_run_options(*replay, line);
   try {
     app.parse(argc, argv);
@@ -118,8 +125,11 @@ int run_command_line(int argc, char** argv) {
     return 0;
   }
   if (keygen->parsed()) {
-    link::write_key_set(line.run.keys, link::make_token());
-    std::printf("%s: coupler.key, flow.key and solid.key, mode 0600. Give --keys (or OCUBLAST_KEYS) this "
+    std::vector<std::string> files{"flow"};
+    if (line.solids.empty()) files.emplace_back("solid");
+    files.insert(files.end(), line.solids.begin(), line.solids.end());
+    link::write_key_set(line.run.keys, link::make_token(), files);
+    std::printf("%s: coupler.key and a key for the flow and each solid, mode 0600. Give --keys (or OCUBLAST_KEYS) this "
                 "folder; on another machine a folder with the one key of its participant is enough.\n",
                 line.run.keys.c_str());
     return 0;
@@ -130,8 +140,8 @@ int run_command_line(int argc, char** argv) {
   }
   if (diff->parsed()) return diff_traffic(line.traffic_a, line.traffic_b, line.tolerance) ? 0 : 1;
   if (replay->parsed()) {
-    replay_traffic(line.traffic_a, line.play == "flow" ? link::Role::flow : link::Role::solid,
-                   line.run, line.tolerance);
+    replay_traffic(line.traffic_a, line.play == "flow" ? link::Role::flow : link::Role::solid, line.live, line.run,
+                   line.tolerance);
     return 0;
   }
   return run_case(line);

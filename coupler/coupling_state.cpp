@@ -30,19 +30,19 @@ constexpr std::string_view magic = "OCUSTAT3";
 struct Fixed {
   std::uint64_t case_hash, mesh_hash, window;
   double time, stable_flow, stable_solid, impedance, mass_per_area, theta_max, width_before;
-  std::uint64_t solid_at_rest, wall_current, load_zero;
+  std::uint64_t solid_at_rest, wall_current, zero_loads;
   Balance balance;
   std::uint64_t has_ahead;
   TimeWindow ahead;
   std::uint64_t ahead_idle, ahead_steps;
   double ahead_work, ahead_impulse[3], ahead_impedance, ahead_stable_step;
-  std::array<std::uint64_t, 7> lengths;  ///< of the arrays that follow, in the order of arrays_of
+  std::array<std::uint64_t, 8> lengths;  ///< of the arrays that follow, in the order of arrays_of
 };
 static_assert(std::is_trivially_copyable_v<Fixed>);
 
 /// The arrays of a state in the order of the file; the last one only where the flow is ahead.
-std::array<SharedValues*, 7> arrays_of(CouplingState& s, SharedValues& ahead_load) {
-  return {&s.position, &s.velocity, &s.velocity_before, &s.acceleration, &s.load, &s.wall, &ahead_load};
+std::array<SharedValues*, 8> arrays_of(CouplingState& s, FlowAhead& ahead) {
+  return {&s.position, &s.velocity, &s.velocity_before, &s.acceleration, &s.load, &s.wall, &ahead.load, &ahead.balance};
 }
 
 Fixed to_fixed(const CouplingState& s, std::uint64_t case_hash, std::uint64_t mesh_hash) {
@@ -59,7 +59,7 @@ Fixed to_fixed(const CouplingState& s, std::uint64_t case_hash, std::uint64_t me
   f.width_before = s.width_before;
   f.solid_at_rest = s.solid_at_rest;
   f.wall_current = s.wall_current;
-  f.load_zero = s.load_zero;
+  f.zero_loads = s.zero_loads;
   f.balance = s.balance;
   if (!s.ahead) return f;
   f.has_ahead = 1;
@@ -85,13 +85,13 @@ CouplingState from_fixed(const Fixed& f) {
   s.width_before = f.width_before;
   s.solid_at_rest = f.solid_at_rest != 0;
   s.wall_current = f.wall_current != 0;
-  s.load_zero = f.load_zero != 0;
+  s.zero_loads = f.zero_loads;
   s.balance = f.balance;
   if (f.has_ahead == 0) return s;
   s.ahead = FlowAhead{.window = f.ahead, .idle = f.ahead_idle != 0,
                       .steps = static_cast<std::uint32_t>(f.ahead_steps), .work = f.ahead_work,
                       .impulse = {f.ahead_impulse[0], f.ahead_impulse[1], f.ahead_impulse[2]},
-                      .impedance = f.ahead_impedance, .stable_step = f.ahead_stable_step, .load = {}};
+                      .impedance = f.ahead_impedance, .stable_step = f.ahead_stable_step, .load = {}, .balance = {}};
   return s;
 }
 
@@ -114,8 +114,8 @@ void write_state(const std::filesystem::path& directory, const CouplingState& st
                  std::uint64_t case_hash, std::uint64_t mesh_hash) {
   Fixed fixed = to_fixed(state, case_hash, mesh_hash);
   CouplingState copy = state;
-  SharedValues ahead_load = state.ahead ? state.ahead->load : SharedValues{};
-  const auto arrays = arrays_of(copy, ahead_load);
+  FlowAhead ahead = state.ahead.value_or(FlowAhead{});
+  const auto arrays = arrays_of(copy, ahead);
   for (std::size_t k = 0; k < arrays.size(); ++k) fixed.lengths[k] = arrays[k]->values.size();
   std::string bytes(magic);
   bytes.append(reinterpret_cast<const char*>(&fixed), sizeof fixed);
@@ -146,12 +146,15 @@ StoredState read_state(const std::filesystem::path& directory) {
       bytes.size() != overhead + n_values * sizeof(double))
     throw LinkError(fmt::format("{}: damaged; resume from another checkpoint", file.string()));
   StoredState stored{.state = from_fixed(fixed), .case_hash = fixed.case_hash, .mesh_hash = fixed.mesh_hash};
-  SharedValues ahead_load;
-  const auto arrays = arrays_of(stored.state, ahead_load);
+  FlowAhead ahead;
+  const auto arrays = arrays_of(stored.state, ahead);
   std::size_t at = magic.size() + sizeof fixed;
   for (std::size_t k = 0; k < arrays.size(); ++k)
     if (fixed.lengths[k] > 0) *arrays[k] = take_values(bytes, at, fixed.lengths[k]);
-  if (stored.state.ahead) stored.state.ahead->load = ahead_load;
+  if (stored.state.ahead) {
+    stored.state.ahead->load = ahead.load;
+    stored.state.ahead->balance = ahead.balance;
+  }
   return stored;
 }
 
@@ -183,7 +186,7 @@ std::filesystem::path begin_checkpoint(const std::filesystem::path& run, std::ui
 void complete_checkpoint(const std::filesystem::path& run, std::uint64_t window, int keep) {
   const auto directory = link::checkpoint_directory(run, window);
   const auto part = part_of(run, window);
-  for (const auto& entry : std::filesystem::directory_iterator(part)) sync(entry.path());
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(part)) sync(entry.path());
   std::filesystem::remove_all(directory);  // of a run that was resumed from before it
   std::filesystem::rename(part, directory);
   sync(directory.parent_path());

@@ -31,6 +31,7 @@ struct FlowAhead {
   double impedance = 0.0;            ///< kg/(m^2 s)
   double stable_step = 0.0;          ///< s, of the flow after it
   SharedValues load;                 ///< [n] Pa at its end, empty when idle
+  SharedValues balance;              ///< several interfaces: [n, 4] J, N s
 };
 
 /// All the coupler knows between two windows: what a checkpoint holds, next to those of the solvers.
@@ -44,7 +45,8 @@ struct CouplingState {
   double theta_max = 0.0;
   bool solid_at_rest = true;       ///< nothing has moved in the last window
   bool wall_current = true;        ///< the flow's wall is exactly the solid's
-  bool load_zero = true;           ///< the last load the solid was given is exactly zero
+  /// Bit k: the last load that solid k was given is exactly zero.
+  std::uint64_t zero_loads = ~std::uint64_t{0};
   double width_before = 0.0;       ///< s, of the window `velocity_before` is the beginning of
   SharedValues position;           ///< [n,3] m
   SharedValues velocity;           ///< [n,3] m/s

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -37,14 +38,14 @@ void reply(zmq::socket_t& socket, const std::string& request_id, bool granted) {
 }
 
 void serve(const std::stop_token& stop, zmq::socket_t& socket,
-           const std::array<std::string, 2>& allowed) {
+           const std::vector<std::string>& allowed) {
   while (!stop.stop_requested()) {
     zmq::pollitem_t item{socket.handle(), 0, ZMQ_POLLIN, 0};
     if (zmq::poll(&item, 1, look_up_every) == 0) continue;
     // version, request id, domain, address, identity, mechanism, credentials
     const auto request = receive_request(socket);
     const bool granted = request.size() == 7 && request[5] == "CURVE" &&
-                         (request[6] == allowed[0] || request[6] == allowed[1]);
+                         std::find(allowed.begin(), allowed.end(), request[6]) != allowed.end();
     reply(socket, request.size() > 1 ? request[1] : "", granted);
   }
 }
@@ -55,7 +56,8 @@ KeyGuard::KeyGuard(zmq::context_t& context, const link::CouplerKeys& keys)
     : socket_(context, zmq::socket_type::rep) {
   socket_.set(zmq::sockopt::linger, 0);
   socket_.bind("inproc://zeromq.zap.01");
-  const std::array<std::string, 2> allowed{to_bytes(keys.flow_public), to_bytes(keys.solid_public)};
+  std::vector<std::string> allowed;
+  for (const auto& key : keys.admitted) allowed.push_back(to_bytes(key));
   thread_ = std::jthread([this, allowed](const std::stop_token& stop) { serve(stop, socket_, allowed); });
 }
 

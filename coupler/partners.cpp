@@ -14,7 +14,6 @@ namespace ocublast::coupler {
 
 using link::Clock;
 using link::Kind;
-using link::Role;
 using link::to_word;
 
 namespace {
@@ -51,28 +50,29 @@ int SignalWatch::take() {
 
 Partners::Partners(Server& server, SignalWatch& signals, const Limits& limits,
                    std::shared_ptr<spdlog::logger> log)
-    : server_(server), signals_(signals), limits_(limits), log_(std::move(log)) {}
+    : server_(server), signals_(signals), limits_(limits), log_(std::move(log)),
+      computing_(server.roster().size()), over_(server.roster().size()) {}
 
-Child* Partners::child(Role role) {
+Child* Partners::child(Party party) {
   for (Child& c : children_)
-    if (c.role() == role) return &c;
+    if (c.party() == party) return &c;
   return nullptr;
 }
 
-std::filesystem::path Partners::log_of(Role role) const {
+std::filesystem::path Partners::log_of(Party party) const {
   for (const Child& c : children_)
-    if (c.role() == role) return c.log();
+    if (c.party() == party) return c.log();
   return {};
 }
 
-void Partners::set_computing(Role role, bool computing) { computing_[index(role)] = computing; }
+void Partners::set_computing(Party party, bool computing) { computing_[index_of(party)] = computing; }
 
 void Partners::poll_once(Clock::time_point until) {
   const auto items = server_.poll_items();
   std::vector<zmq::pollitem_t> all(items.begin(), items.end());
   all.push_back({nullptr, signals_.fd(), ZMQ_POLLIN, 0});
   for (Child& c : children_)
-    if (!over_[index(c.role())]) all.push_back({nullptr, c.pidfd(), ZMQ_POLLIN, 0});
+    if (!over_[index_of(c.party())]) all.push_back({nullptr, c.pidfd(), ZMQ_POLLIN, 0});
   try {
     zmq::poll(all.data(), all.size(), link::time_left(until));
   } catch (const zmq::error_t& error) {
@@ -97,19 +97,19 @@ std::optional<Incoming> Partners::take() {
 std::optional<Incoming> Partners::take_new() {
   auto message = server_.take();
   if (message && message->header.kind == Kind::abort)
-    throw PartnerFault(message->role, message->header.reason,
+    throw PartnerFault(message->party, message->header.reason,
                        std::clamp(static_cast<int>(message->header.exit_code), 1, 4));
   return message;
 }
 
 /// A process has ended: what it sent before is kept if there is something, else it is to blame.
-void Partners::hear_last_words(Role role, const ProcessEnd& end) {
-  if (std::any_of(pending_.begin(), pending_.end(), [&](const Incoming& m) { return m.role == role; }))
+void Partners::hear_last_words(Party party, const ProcessEnd& end) {
+  if (std::any_of(pending_.begin(), pending_.end(), [&](const Incoming& m) { return m.party == party; }))
     return;
   const auto deadline = Clock::now() + link::seconds(last_words_patience);
   while (Clock::now() < deadline) {
     while (auto message = take_new()) {  // throws on its ABORT
-      const bool its_own = message->role == role;
+      const bool its_own = message->party == party;
       pending_.push_back(std::move(*message));
       if (its_own) return;
     }
@@ -117,32 +117,32 @@ void Partners::hear_last_words(Role role, const ProcessEnd& end) {
     zmq::poll(items.data(), items.size(), link::time_left(deadline));
   }
   const bool own_code = end.exit_code == 2 || end.exit_code == 4;
-  throw PartnerFault(role, end.text(), own_code ? end.exit_code : 3);
+  throw PartnerFault(party, end.text(), own_code ? end.exit_code : 3);
 }
 
 void Partners::check_lives() {
   for (Child& c : children_)
-    if (!over_[index(c.role())])
-      if (const auto end = c.ended()) hear_last_words(c.role(), *end);
-  for (const Role role : {Role::flow, Role::solid}) {
-    if (over_[index(role)] || !server_.lost(role)) continue;
-    if (Child* c = child(role))
+    if (!over_[index_of(c.party())])
+      if (const auto end = c.ended()) hear_last_words(c.party(), *end);
+  for (const Party party : server_.roster().all()) {
+    if (over_[index_of(party)] || !server_.lost(party)) continue;
+    if (Child* c = child(party))
       if (const auto end = c->wait(death_patience)) {
-        hear_last_words(role, *end);
+        hear_last_words(party, *end);
         return;
       }
-    throw PartnerFault(role, "closed its connection, or sent no heartbeat in time");
+    throw PartnerFault(party, "closed its connection, or sent no heartbeat in time");
   }
 }
 
 void Partners::keep_alive(const std::string& what) {
   if (link::seconds_since(last_wait_) < 0.25 * limits_.silence) return;
   last_wait_ = Clock::now();
-  for (const Role role : {Role::flow, Role::solid})
-    if (!computing_[index(role)] && !over_[index(role)]) server_.send_wait(role, what);
+  for (const Party party : server_.roster().all())
+    if (!computing_[index_of(party)] && !over_[index_of(party)]) server_.send_wait(party, what);
 }
 
-Incoming Partners::await(std::optional<Role> blame, const std::string& what, double limit) {
+Incoming Partners::await(std::optional<Party> blame, const std::string& what, double limit) {
   const auto begin = Clock::now();
   const auto deadline = begin + link::seconds(limit);
   while (true) {
@@ -163,15 +163,15 @@ Incoming Partners::await(std::optional<Role> blame, const std::string& what, dou
   }
 }
 
-Incoming Partners::await(Role role, Kind kind, const std::string& what, double limit) {
-  Incoming message = await(role, what, limit);
-  if (message.role != role || message.header.kind != kind)
-    throw PartnerFault(message.role, fmt::format("sent {} while {} of the {} side was awaited",
-                                                 to_word(message.header.kind), what, to_word(role)));
+Incoming Partners::await(Party party, Kind kind, const std::string& what, double limit) {
+  Incoming message = await(party, what, limit);
+  if (message.party != party || message.header.kind != kind)
+    throw PartnerFault(message.party, fmt::format("sent {} while {} of the {} side was awaited",
+                                                 to_word(message.header.kind), what, server_.roster().word(party)));
   try {
     link::check_payload(message.header, message.payload());
   } catch (const LinkError& error) {
-    throw PartnerFault(role, error.what());
+    throw PartnerFault(party, error.what());
   }
   return message;
 }
@@ -187,8 +187,8 @@ void Partners::await_children(double limit) {
   for (Child& c : children_) {
     const auto end = c.wait(std::max(0.0, limit - link::seconds_since(begin)));
     if (!end)
-      throw PartnerFault(c.role(), fmt::format("said BYE but did not end within {:.3g} s", limit));
-    if (end->signal != 0 || end->exit_code != 0) throw PartnerFault(c.role(), end->text());
+      throw PartnerFault(c.party(), fmt::format("said BYE but did not end within {:.3g} s", limit));
+    if (end->signal != 0 || end->exit_code != 0) throw PartnerFault(c.party(), end->text());
   }
 }
 

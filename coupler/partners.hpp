@@ -47,30 +47,29 @@ class Partners {
 
   /// Next message of any participant. Throws PartnerFault for ABORT, death, lost connection and
   /// for `limit` [s] passed (blamed on `blame`). `what` names what is awaited.
-  [[nodiscard]] Incoming await(std::optional<link::Role> blame, const std::string& what, double limit);
-  /// Next message of `role`, which must be of `kind`; its payload is checked.
-  [[nodiscard]] Incoming await(link::Role role, link::Kind kind, const std::string& what,
+  [[nodiscard]] Incoming await(std::optional<Party> blame, const std::string& what, double limit);
+  /// Next message of `party`, which must be of `kind`; its payload is checked.
+  [[nodiscard]] Incoming await(Party party, link::Kind kind, const std::string& what,
                                double limit);
   /// Whether Ctrl-C or SIGTERM asked for an orderly end. A second one throws LinkError at once.
   [[nodiscard]] bool stop_requested() const { return stops_ > 0; }
 
   /// Participants that owe an answer are not sent WAIT (they would not read it).
-  void set_computing(link::Role role, bool computing);
-  void set_over(link::Role role) { over_[index(role)] = true; }  ///< BYE came: its end is no fault
+  void set_computing(Party party, bool computing);
+  void set_over(Party party) { over_[index_of(party)] = true; }  ///< BYE came: its end is no fault
 
   /// Tells the others, gives them a second, then ends our own children.
   void end_all(const std::string& reason, int exit_code) noexcept;
   /// After BYE: waits until the children have ended by themselves; a nonzero exit code is a fault.
   void await_children(double limit);
   /// Log of a child, empty path if that side was not started by us.
-  [[nodiscard]] std::filesystem::path log_of(link::Role role) const;
+  [[nodiscard]] std::filesystem::path log_of(Party party) const;
 
  private:
-  [[nodiscard]] static std::size_t index(link::Role role) { return role == link::Role::flow ? 0 : 1; }
-  [[nodiscard]] Child* child(link::Role role);
+  [[nodiscard]] Child* child(Party party);
   void poll_once(link::Clock::time_point until);
   void check_lives();
-  void hear_last_words(link::Role role, const ProcessEnd& end);
+  void hear_last_words(Party party, const ProcessEnd& end);
   [[nodiscard]] std::optional<Incoming> take();      ///< kept messages first
   [[nodiscard]] std::optional<Incoming> take_new();
   void keep_alive(const std::string& what);
@@ -82,8 +81,7 @@ class Partners {
   std::vector<Child> children_;
   std::deque<Incoming> pending_;  ///< came while we listened for last words
   std::function<void()> tick_;
-  std::array<bool, 2> computing_{};
-  std::array<bool, 2> over_{};
+  std::vector<bool> computing_, over_;
   int stops_ = 0;
   link::Clock::time_point last_wait_ = link::Clock::now();
   link::Clock::time_point last_tick_ = link::Clock::now();

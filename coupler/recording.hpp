@@ -5,6 +5,7 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -15,6 +16,8 @@
 #include <zmq.hpp>
 
 #include "coupler/link/message.hpp"
+#include "coupler/party.hpp"
+#include "coupler/payload_packing.hpp"
 
 namespace ocublast::coupler {
 
@@ -22,17 +25,21 @@ namespace ocublast::coupler {
 ///   file    magic "OCUTRAF1" | u32 length | description (JSON text) | records | index | footer
 ///   record  u32 mark | u32 header length | u64 payload length | u64 number | u64 monotonic ns |
 ///           u64 number of the record that holds the payload (itself, or an earlier one with the
-///           same bytes) | u32 direction | u32 zero | u64 XXH3 of all before and the header bytes |
+///           same bytes) | u32 direction, + 256: packed | u32 which of several solids | u64 XXH3 of all before and the header bytes |
 ///           header bytes | payload bytes
 ///   index   u64 file offset per record
 ///   footer  u64 number of records | u64 offset of the index | u64 XXH3 of the index | magic
 /// All numbers little-endian. The payload is protected by the checksum that the header carries.
+/// A packed payload (payload_packing.hpp) has the length that its header announces when unpacked.
 /// Index and footer are for speed; a file without them (crash) is read by scanning.
-enum class Direction : std::uint32_t {
-  from_flow = 0, from_solid = 1, to_flow = 2, to_solid = 3
+/// Directions: 0 from the flow, 1 from a solid, 2 to the flow, 3 to a solid.
+struct Direction {
+  Party party = Party::flow;
+  bool from = true;  ///< from the participant, else to it
+  bool operator==(const Direction&) const = default;
 };
-[[nodiscard]] Direction direction_of(link::Role role, bool from_participant);
-[[nodiscard]] std::string_view to_word(Direction direction);
+/// "flow->", "->solid", "->solid 2".
+[[nodiscard]] std::string to_word(Direction direction);
 
 /// What a recording says about itself.
 struct TrafficDescription {
@@ -41,12 +48,13 @@ struct TrafficDescription {
   std::uint64_t case_hash = 0;
   std::uint64_t mesh_hash = 0;
   std::uint64_t first_window = 1;  ///< later than 1 after a resume
+  std::vector<std::string> solids{""};  ///< names; one empty name: a single solid
 };
 
 struct TrafficRecord {
   std::uint64_t number = 0;      ///< 0, 1, ...
   std::uint64_t nanoseconds = 0; ///< since the recording began
-  Direction direction = Direction::from_flow;
+  Direction direction;
   std::string header;            ///< frame 1
   std::string payload;           ///< frame 2
 };
@@ -55,7 +63,9 @@ struct TrafficRecord {
 /// coupling never waits for the disk unless 256 MB are waiting already.
 class TrafficWriter {
  public:
-  TrafficWriter(const std::filesystem::path& file, const TrafficDescription& description);
+  enum class Packing { none, zstd };
+  TrafficWriter(const std::filesystem::path& file, const TrafficDescription& description,
+                Packing packing = Packing::none);
   ~TrafficWriter();
   TrafficWriter(const TrafficWriter&) = delete;
   TrafficWriter& operator=(const TrafficWriter&) = delete;
@@ -79,7 +89,7 @@ class TrafficWriter {
  private:
   /// A record before it is put into its form, which is the thread's work.
   struct Entry {
-    Direction direction = Direction::from_flow;
+    Direction direction;
     std::uint64_t number = 0;
     std::uint64_t nanoseconds = 0;
     std::optional<std::uint64_t> same_as;
@@ -117,6 +127,7 @@ class TrafficWriter {
   std::vector<std::uint64_t> index_;
   std::string buffer_;
   std::vector<std::uint64_t> checksums_;             ///< of the payload of each record
+  std::optional<PayloadPacker> packer_;
   std::thread thread_;
 };
 
@@ -137,7 +148,7 @@ class TrafficReader {
  private:
   void read_footer();
   [[nodiscard]] std::optional<TrafficRecord> fail(const std::string& what);
-  [[nodiscard]] std::optional<std::string> read_payload(std::uint64_t number);
+  [[nodiscard]] std::optional<std::string> read_payload(std::uint64_t number, std::size_t size);
 
   std::filesystem::path file_;
   std::ifstream in_;
@@ -148,7 +159,14 @@ class TrafficReader {
   bool complete_ = false;
   TrafficDescription description_;
   std::string damage_;
-  struct Place { std::uint64_t offset, length; };
+  struct Place {
+    std::uint64_t offset, length;
+    bool packed;
+    int channel;
+  };
+  PayloadUnpacker unpacker_;
+  /// Packed ones that a later record may name: the last of each channel.
+  std::map<int, std::pair<std::uint64_t, std::string>> unpacked_;
   std::vector<Place> payloads_;  ///< of the records read so far
 };
 

@@ -11,19 +11,10 @@
 
 namespace ocublast::coupler {
 
-Direction direction_of(link::Role role, bool from_participant) {
-  const auto side = role == link::Role::flow ? 0U : 1U;
-  return static_cast<Direction>(side + (from_participant ? 0U : 2U));
-}
-
-std::string_view to_word(Direction direction) {
-  switch (direction) {
-    case Direction::from_flow: return "flow->";
-    case Direction::from_solid: return "solid->";
-    case Direction::to_flow: return "->flow";
-    case Direction::to_solid: return "->solid";
-  }
-  return "?";
+std::string to_word(Direction direction) {
+  std::string who = direction.party == Party::flow ? "flow" : "solid";
+  if (index_of(direction.party) > 1) who += fmt::format(" {}", index_of(direction.party));
+  return direction.from ? who + "->" : "->" + who;
 }
 
 namespace traffic {
@@ -41,6 +32,7 @@ std::string to_text(const TrafficDescription& d) {
                         {"case_hash", fmt::format("{:016x}", d.case_hash)},
                         {"mesh_hash", fmt::format("{:016x}", d.mesh_hash)},
                         {"first_window", d.first_window},
+                        {"solids", d.solids},
                         {"protocol", {link::protocol_major, link::protocol_minor}},
                         {"contract", link::contract_text()}}
       .dump();
@@ -55,6 +47,7 @@ TrafficDescription from_text(const std::string& text, const std::string& file) {
     d.case_hash = std::stoull(json.at("case_hash").get<std::string>(), nullptr, 16);
     d.mesh_hash = std::stoull(json.at("mesh_hash").get<std::string>(), nullptr, 16);
     d.first_window = json.at("first_window");
+    if (json.contains("solids")) d.solids = json.at("solids").get<std::vector<std::string>>();
     return d;
   } catch (const std::exception& error) {
     throw LinkError(fmt::format("{}: its description cannot be read: {}", file, error.what()));

@@ -64,11 +64,20 @@ std::optional<TrafficRecord> TrafficReader::fail(const std::string& what) {
   return {};
 }
 
-std::optional<std::string> TrafficReader::read_payload(std::uint64_t number) {
+std::optional<std::string> TrafficReader::read_payload(std::uint64_t number, std::size_t size) {
   const Place place = payloads_[number];
+  const auto kept = unpacked_.find(place.channel);
+  if (place.packed && kept != unpacked_.end() && kept->second.first == number) return kept->second.second;
   std::string payload(place.length, '\0');
   in_.seekg(static_cast<std::streamoff>(place.offset));
   if (!in_.read(payload.data(), static_cast<std::streamsize>(payload.size()))) return {};
+  if (place.packed) {
+    if (number != count_) return {};  // named by another record when later ones had been read
+    auto whole = unpacker_.unpack(place.channel, std::as_bytes(std::span(payload)), size);
+    if (whole) unpacked_[place.channel] = {number, *whole};
+    return whole;
+  }
+  if (number == count_ && !payload.empty()) unpacker_.remember(place.channel, payload);
   return payload;
 }
 
@@ -80,7 +89,7 @@ std::optional<TrafficRecord> TrafficReader::next() {
   const std::uint64_t left = records_end_ - at_;
   if (left < sizeof head || !read_value(in_, head)) return fail("cut inside its head");
   if (head.mark != traffic::record_mark || head.number != count_ || head.payload_of > count_ ||
-      head.direction > static_cast<std::uint32_t>(Direction::to_solid))
+      (head.direction & ~traffic::packed_flag) > 3 || head.solid >= link::max_interfaces)
     return fail("not a record");
   if (head.header_length > link::max_header_bytes || head.payload_length > left ||
       sizeof head + head.header_length + head.payload_length > left)
@@ -88,20 +97,23 @@ std::optional<TrafficRecord> TrafficReader::next() {
   TrafficRecord record;
   record.number = head.number;
   record.nanoseconds = head.nanoseconds;
-  record.direction = static_cast<Direction>(head.direction);
+  const std::uint32_t direction = head.direction & ~traffic::packed_flag;
+  record.direction = {.party = direction % 2 == 0 ? Party::flow : solid_party(head.solid), .from = direction < 2};
   record.header.resize(head.header_length);
   if (!in_.read(record.header.data(), head.header_length)) return fail("cut inside its header");
   if (traffic::record_checksum(head, record.header) != head.checksum)
     return fail("its checksum is wrong");
   const std::uint64_t own = at_ + sizeof head + head.header_length;
-  payloads_.push_back(head.payload_of == count_ ? Place{own, head.payload_length}
-                                                : payloads_[head.payload_of]);
-  auto payload = read_payload(count_);
-  if (!payload) return fail("cut inside its payload");
-  record.payload = std::move(*payload);
-  const auto bytes = std::as_bytes(std::span(record.payload));
+  const bool packed = head.direction != direction;
+  payloads_.push_back(head.payload_of == count_
+                          ? Place{own, head.payload_length, packed, traffic::channel_of(record.direction)}
+                          : payloads_[head.payload_of]);
   try {
     const link::Header header = link::decode(record.header);
+    auto payload = read_payload(head.payload_of, header.payload_bytes);
+    if (!payload) return fail(packed ? "its packed payload is damaged" : "cut inside its payload");
+    record.payload = std::move(*payload);
+    const auto bytes = std::as_bytes(std::span(record.payload));
     if (header.payload_bytes != bytes.size() || header.payload_checksum != link::checksum(bytes))
       return fail("its payload differs from what its header announces");
   } catch (const LinkError& error) {

@@ -36,8 +36,9 @@ void add_bytes(std::string& out, const T& value) {
 }  // namespace
 
 TrafficWriter::TrafficWriter(const std::filesystem::path& file,
-                             const TrafficDescription& description)
+                             const TrafficDescription& description, Packing packing)
     : file_(file), begin_ns_(monotonic_ns()) {
+  if (packing == Packing::zstd) packer_.emplace();
   fd_ = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd_ < 0)
     throw LinkError(fmt::format("{}: cannot be created: {}", file.string(), std::strerror(errno)));
@@ -141,7 +142,17 @@ void TrafficWriter::write_record(const Entry& entry) {
   head.number = entry.number;
   head.nanoseconds = entry.nanoseconds;
   head.payload_of = entry.same_as.value_or(entry.number);
-  head.direction = static_cast<std::uint32_t>(entry.direction);
+  const auto party = static_cast<std::uint32_t>(index_of(entry.direction.party));
+  head.direction = (party == 0 ? 0U : 1U) + (entry.direction.from ? 0U : 2U);
+  head.solid = party == 0 ? 0U : party - 1;
+  std::optional<std::string> packed;
+  if (packer_ && head.payload_length > 0)
+    packed = packer_->pack(traffic::channel_of(entry.direction), {static_cast<const std::byte*>(data), size});
+  if (packed) {
+    head.direction |= traffic::packed_flag;
+    head.payload_length = packed->size();
+    data = packed->data();
+  }
   head.checksum = traffic::record_checksum(head, header);
   index_.push_back(offset_);
   put(&head, sizeof head);

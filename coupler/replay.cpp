@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cstdio>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/log.hpp"
@@ -16,7 +18,6 @@ namespace ocublast::coupler {
 
 using link::Header;
 using link::Kind;
-using link::Role;
 using link::to_word;
 
 namespace {
@@ -27,18 +28,18 @@ constexpr double no_limit = 1e9;
 /// Plays one side of a recording to a live participant of the other.
 class Replay {
  public:
-  Replay(TrafficReader& traffic, Role live, const RunOptions& options, const Settings& settings,
+  Replay(TrafficReader& traffic, Party live, const RunOptions& options, const Settings& settings,
          double tolerance, std::shared_ptr<spdlog::logger> log)
       : traffic_(traffic), live_(live), settings_(settings), tolerance_(tolerance),
         place_(options.endpoint.empty() ? settings.endpoint : options.endpoint),
-        start_(options, place_.encrypted(), settings.case_hash),
+        start_(options, settings.roster, place_.encrypted(), settings.case_hash),
         server_({.endpoint = place_.endpoint(), .run_id = link::make_run_id(), .token = start_.token(),
                  .case_hash = settings.case_hash, .silence_limit = settings.silence_limit,
                  .max_message = 1e6 * settings.max_message, .keys = start_.coupler_keys(),
-                 .accepts_flow = live == Role::flow, .accepts_solid = live == Role::solid,
+                 .roster = settings.roster, .only = live,
                  .share_memory = settings.share_memory}, log),
         partners_(server_, signals_, {settings.silence_limit, settings.step_limit}, log) {
-    if (options.await) start_.announce(server_.endpoint(), settings.silence_limit);
+    if (options.await) start_.announce({live}, server_.endpoint(), settings.silence_limit);
     else partners_.start(start_.child(live, server_.endpoint(), settings.silence_limit));
   }
 
@@ -51,7 +52,7 @@ class Replay {
   void farewell();
 
   TrafficReader& traffic_;
-  Role live_;
+  Party live_;
   const Settings& settings_;
   double tolerance_;
   SocketPlace place_;
@@ -81,7 +82,7 @@ void Replay::compare(const TrafficRecord& record) {
       first_difference(comparable(expected), std::as_bytes(std::span(record.payload)),
                        comparable(found.header), found.payload(), tolerance_);
   if (difference)
-    throw LinkError(fmt::format("the live {} side ({}) does not reproduce the recording: {}", to_word(live_),
+    throw LinkError(fmt::format("the live {} side ({}) does not reproduce the recording: {}", server_.roster().word(live_),
                                 server_.program(live_), *difference));
   ++compared_;
 }
@@ -99,13 +100,13 @@ void Replay::farewell() {
 void Replay::play() {
   static_cast<void>(partners_.await(live_, Kind::hello, "HELLO", settings_.start_limit));
   while (const auto record = traffic_.next()) {
-    if (record->direction == direction_of(live_, true)) compare(*record);
-    else if (record->direction == direction_of(live_, false)) order(*record);
+    if (record->direction == Direction{live_, true}) compare(*record);
+    else if (record->direction == Direction{live_, false}) order(*record);
   }
   if (!traffic_.damage().empty()) std::printf("the recording ends early: %s\n", traffic_.damage().c_str());
   farewell();
   std::printf("%lu messages of the %s side reproduced%s\n", compared_,
-              std::string(to_word(live_)).c_str(),
+              server_.roster().word(live_).c_str(),
               tolerance_ > 0.0 ? fmt::format(" within {}", tolerance_).c_str() : " byte for byte");
 }
 
@@ -114,7 +115,7 @@ void Replay::run() {
     play();
   } catch (const PartnerFault& fault) {
     const auto log = partners_.log_of(live_);
-    const std::string text = fmt::format("{} failed at window {} of the replay: {}{}", to_word(live_), window_,
+    const std::string text = fmt::format("{} failed at window {} of the replay: {}{}", server_.roster().word(live_), window_,
                                          fault.what(), log.empty() ? "" : "; its log: " + log.string());
     partners_.end_all(text, fault.exit_code);
     throw LinkError(text);
@@ -126,7 +127,8 @@ void Replay::run() {
 
 }  // namespace
 
-void replay_traffic(const std::filesystem::path& file, Role played, const RunOptions& given, double tolerance) {
+void replay_traffic(const std::filesystem::path& file, link::Role played, const std::string& live,
+                    const RunOptions& given, double tolerance) {
   RunOptions options = given;
   CaseReader reader(options.source);
   const Settings settings = read_settings(reader);
@@ -141,7 +143,12 @@ void replay_traffic(const std::filesystem::path& file, Role played, const RunOpt
   if (options.out.empty()) options.out = std::filesystem::path("results") / (settings.common.name + "_replay");
   std::filesystem::create_directories(options.out / "log");
   const auto log = make_logger("coupler", options.out / "log" / "coupler.log");
-  Replay(traffic, played == Role::flow ? Role::solid : Role::flow, options, settings, tolerance, log).run();
+  const auto& names = settings.roster.solids();
+  const auto at = live.empty() ? names.begin() : std::find(names.begin(), names.end(), live);
+  if (at == names.end())
+    throw CaseError(fmt::format("--live {}: no solid is called so; there are {}", live, fmt::join(names, ", ")));
+  const Party solid = solid_party(static_cast<std::size_t>(at - names.begin()));
+  Replay(traffic, played == link::Role::flow ? solid : Party::flow, options, settings, tolerance, log).run();
 }
 
 }  // namespace ocublast::coupler

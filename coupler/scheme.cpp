@@ -9,7 +9,6 @@
 
 namespace ocublast::coupler {
 
-using link::Role;
 
 WindowChoice window_choice(const Settings& settings) {
   return {.rule = settings.window, .fixed_width = settings.window_width,
@@ -47,7 +46,7 @@ void post_answered_load(Exchange& exchange, const Settings& settings, const Coup
                         const Exchange::Ask& ask, const Answer& flow) {
   const bool zero = flow.header().idle;
   const double factor = load_factor(settings, ask.window.t_end);
-  if (zero && state.load_zero) {
+  if (zero && state.zero_loads == ~std::uint64_t{0}) {
     exchange.post_no_load(ask);
   } else if (zero) {  // the load falls to zero within this window: say so in full
     exchange.post_load(ask, std::vector<double>(exchange.n_loads(), 0.0));
@@ -68,9 +67,9 @@ void accept_motion(CouplingState& state, const Answer& solid, double width) {
   const std::size_t n = state.velocity.values.size();
   if (!solid.header().idle) {
     const auto view = solid.values();
-    state.position = {solid.message, view.position};
-    state.velocity = {solid.message, view.velocity};
-    state.acceleration = {solid.message, view.acceleration};
+    state.position = {solid.owner, view.position};
+    state.velocity = {solid.owner, view.velocity};
+    state.acceleration = {solid.owner, view.acceleration};
     return;
   }
   state.acceleration = {};
@@ -100,15 +99,17 @@ class SerialExplicit : public Scheme {
     return next_window(window_choice(settings_), state.window, state.time, state.stable_flow, state.stable_solid);
   }
   [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window, int order) override {
-    const Exchange::Ask ask{.window = window, .wants_acceleration = settings_.leap_frog};
+    const Exchange::Ask ask{.window = window, .wants_acceleration = settings_.leap_frog,
+                            .zero_before = state.zero_loads};
     post_predicted(exchange_, state, ask, order);
-    const Answer flow = exchange_.collect(Role::flow);
+    const Answer flow = exchange_.collect_flow();
     post_answered_load(exchange_, settings_, state, ask, flow);
-    const Answer solid = exchange_.collect(Role::solid);
-    state.load_zero = flow.header().idle;
+    const Answer solid = exchange_.collect_solids(state);
+    state.zero_loads = exchange_.zero_loads();
     accept_motion(state, solid, window.width());
     accept_window(state, window, flow.header(), solid.header());
-    return {.flow = flow.header(), .solid = solid.header()};
+    return {.flow = flow.header(), .solid = solid.header(),
+            .flow_balance = {flow.values().balance.begin(), flow.values().balance.end()}, .solids = solid.each};
   }
 
  private:

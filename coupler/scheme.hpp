@@ -13,6 +13,8 @@ namespace ocublast::coupler {
 struct WindowReports {
   link::Header flow;
   link::Header solid;
+  std::vector<double> flow_balance;        ///< several interfaces: [n, 4] J, N s; empty where not reported
+  std::vector<link::Header> solids;        ///< several: of each
   int iterations = 1;
   double residual = 0.0;  ///< of the motion at the last iteration, relative (implicit)
 };

@@ -12,7 +12,6 @@
 
 namespace ocublast::coupler {
 
-using link::Role;
 
 namespace {
 
@@ -101,7 +100,7 @@ class Implicit : public Scheme {
   /// Sums of the whole window, and what is left at its end.
   WindowReports finish(CouplingState& state, const TimeWindow& window, const Answer& flow, const Answer& solid,
                        WindowReports reports) const {
-    state.load_zero = flow.header().idle;
+    state.zero_loads = exchange_.zero_loads();
     accept_motion(state, solid, window.width());
     detach(state);
     accept_window(state, window, flow.header(), solid.header());
@@ -109,6 +108,8 @@ class Implicit : public Scheme {
     const double solid_seconds = reports.solid.compute_seconds + solid.header().compute_seconds;
     reports.flow = flow.header();
     reports.solid = solid.header();
+    reports.flow_balance.assign(flow.values().balance.begin(), flow.values().balance.end());
+    reports.solids = solid.each;
     reports.flow.compute_seconds = flow_seconds;
     reports.solid.compute_seconds = solid_seconds;
     return reports;
@@ -151,7 +152,7 @@ WindowReports SerialImplicit::advance(CouplingState& state, const TimeWindow& wi
   std::vector<double> load_before;
   double load_change = 1.0;
   for (std::uint32_t k = 1; k <= static_cast<std::uint32_t>(settings_.max_iterations); ++k) {
-    const Exchange::Ask ask{.window = window, .iteration = k};
+    const Exchange::Ask ask{.window = window, .iteration = k, .zero_before = state.zero_loads};
     if (k == 1) {
       post_predicted(exchange_, state, ask, order);
     } else {
@@ -159,9 +160,9 @@ WindowReports SerialImplicit::advance(CouplingState& state, const TimeWindow& wi
       exchange_.post_motion(ask);
       state.wall_current = false;
     }
-    const Answer flow = exchange_.collect(Role::flow);
+    const Answer flow = exchange_.collect_flow();
     post_answered_load(exchange_, settings_, state, ask, flow);
-    const Answer solid = exchange_.collect(Role::solid);
+    const Answer solid = exchange_.collect_solids(state);
     motion.from_answer(solid, answered);
     for (std::size_t i = 0; i < z.size(); ++i) residual[i] = answered[i] - z[i];
     reports.iterations = static_cast<int>(k);
@@ -200,7 +201,7 @@ void ParallelImplicit::post_both(CouplingState& state, const Exchange::Ask& ask,
     state.wall_current = false;
   }
   const bool zero = std::all_of(guess.load.begin(), guess.load.end(), [](double p) { return p == 0.0; });
-  if (zero && state.load_zero) exchange_.post_no_load(ask);
+  if (zero && state.zero_loads == ~std::uint64_t{0}) exchange_.post_no_load(ask);
   else exchange_.post_load(ask, guess.load);
 }
 
@@ -218,9 +219,9 @@ WindowReports ParallelImplicit::advance(CouplingState& state, const TimeWindow& 
   double motion_scale = 0.0, load_scale = 0.0, load_change = 0.0;
   const double factor = load_factor(settings_, window.t_end);
   for (std::uint32_t k = 1; k <= static_cast<std::uint32_t>(settings_.max_iterations); ++k) {
-    post_both(state, {.window = window, .iteration = k}, order, motion, guess);
-    const Answer flow = exchange_.collect(Role::flow);
-    const Answer solid = exchange_.collect(Role::solid);
+    post_both(state, {.window = window, .iteration = k, .zero_before = state.zero_loads}, order, motion, guess);
+    const Answer flow = exchange_.collect_flow();
+    const Answer solid = exchange_.collect_solids(state);
     motion.from_answer(solid, answered);
     std::vector<double> load(n, 0.0);
     const auto given = flow.values().overpressure;

@@ -4,7 +4,6 @@
 
 namespace ocublast::coupler {
 
-using link::Role;
 
 namespace {
 
@@ -33,15 +32,18 @@ class ParallelExplicit : public Scheme {
 void ParallelExplicit::keep(CouplingState& state, const TimeWindow& window, const Answer& flow) {
   const auto& h = flow.header();
   FlowAhead ahead{.window = window, .idle = h.idle, .steps = h.steps, .work = h.work, .impulse = h.impulse,
-                  .impedance = h.impedance, .stable_step = h.stable_step, .load = {}};
-  if (!h.idle) ahead.load = {flow.message, flow.values().overpressure};
+                  .impedance = h.impedance, .stable_step = h.stable_step, .load = {}, .balance = {}};
+  if (!h.idle) {
+    ahead.load = {flow.owner, flow.values().overpressure};
+    ahead.balance = {flow.owner, flow.values().balance};
+  }
   state.stable_flow = h.stable_step;
   state.ahead = std::move(ahead);
   answer_ = flow;
 }
 
 void ParallelExplicit::post_kept_load(const CouplingState& state, const FlowAhead& ahead) {
-  const Exchange::Ask ask{.window = ahead.window};
+  const Exchange::Ask ask{.window = ahead.window, .zero_before = state.zero_loads};
   if (answer_) {
     post_answered_load(exchange_, settings_, state, ask, *answer_);
     return;
@@ -49,14 +51,14 @@ void ParallelExplicit::post_kept_load(const CouplingState& state, const FlowAhea
   const double factor = load_factor(settings_, ahead.window.t_end);
   std::vector<double> load(exchange_.n_loads(), 0.0);
   for (std::size_t i = 0; i < ahead.load.values.size(); ++i) load[i] = factor < 1.0 ? factor * ahead.load.values[i] : ahead.load.values[i];
-  if (ahead.idle && state.load_zero) exchange_.post_no_load(ask);
+  if (ahead.idle && state.zero_loads == ~std::uint64_t{0}) exchange_.post_no_load(ask);
   else exchange_.post_load(ask, load);
 }
 
 WindowReports ParallelExplicit::advance(CouplingState& state, const TimeWindow& window, int order) {
   if (!state.ahead) {  // at the start the flow goes first, alone
     post_predicted(exchange_, state, {.window = window}, order);
-    keep(state, window, exchange_.collect(Role::flow));
+    keep(state, window, exchange_.collect_flow());
   }
   const FlowAhead done = *state.ahead;
   post_kept_load(state, done);
@@ -65,19 +67,19 @@ WindowReports ParallelExplicit::advance(CouplingState& state, const TimeWindow& 
     further = after(state, window.number, window.t_end);
     post_predicted(exchange_, state, {.window = *further}, order);
   }
-  const Answer solid = exchange_.collect(Role::solid);
+  const Answer solid = exchange_.collect_solids(state);
   link::Header flow;
   flow.steps = done.steps;
   flow.work = done.work;
   flow.impulse = done.impulse;
   flow.impedance = done.impedance;
   flow.stable_step = done.stable_step;
-  state.load_zero = done.idle;
+  state.zero_loads = exchange_.zero_loads();
   state.ahead.reset();
   answer_.reset();
   double seconds = 0.0;
   if (further) {
-    const Answer ahead = exchange_.collect(Role::flow);
+    const Answer ahead = exchange_.collect_flow();
     seconds = ahead.header().compute_seconds;
     flow.status = ahead.header().status;
     flow.stable_step = ahead.header().stable_step;
@@ -86,7 +88,8 @@ WindowReports ParallelExplicit::advance(CouplingState& state, const TimeWindow& 
   flow.compute_seconds = seconds;
   accept_motion(state, solid, window.width());
   accept_window(state, window, flow, solid.header());
-  return {.flow = flow, .solid = solid.header()};
+  return {.flow = flow, .solid = solid.header(),
+          .flow_balance = {done.balance.values.begin(), done.balance.values.end()}, .solids = solid.each};
 }
 
 }  // namespace

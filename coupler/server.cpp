@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/link/payload.hpp"
@@ -15,7 +16,6 @@ namespace ocublast::coupler {
 
 using link::Header;
 using link::Kind;
-using link::Role;
 using link::to_word;
 
 namespace {
@@ -29,7 +29,8 @@ constexpr int send_limit_ms = 5000;
 }  // namespace
 
 Server::Server(const Setup& setup, std::shared_ptr<spdlog::logger> log)
-    : setup_(setup), log_(std::move(log)), socket_(context_, zmq::socket_type::router) {
+    : setup_(setup), log_(std::move(log)), socket_(context_, zmq::socket_type::router),
+      peers_(setup.roster.size()) {
   if (setup.keys) {
     guard_.emplace(context_, *setup.keys);
     socket_.set(zmq::sockopt::curve_server, 1);
@@ -95,17 +96,16 @@ std::optional<Incoming> Server::receive() {
     more = rest.more();
   }
   Peer* known = nullptr;
-  for (const Role role : {Role::flow, Role::solid})
-    if (peer(role).admitted && peer(role).routing_id == routing_id) {
-      known = &peer(role);
-      in.role = role;
+  for (const Party party : setup_.roster.all())
+    if (peer(party).admitted && peer(party).routing_id == routing_id) {
+      known = &peer(party);
+      in.party = party;
     }
   try {
     if (!two_frames) throw LinkError("message refused: it has not two frames");
     in.header = link::decode(in.frames.header_view());
     if (known == nullptr) {
-      greet(routing_id, in.frames.header, in.header);
-      in.role = in.header.role;
+      in.party = greet(routing_id, in.frames.header, in.header);
       return in;
     }
     if (in.header.run_id != setup_.run_id)
@@ -120,7 +120,7 @@ std::optional<Incoming> Server::receive() {
       in.memory = memory_.view(in.header.memory, in.header.payload_bytes);
     }
   } catch (const LinkError& error) {
-    if (known != nullptr) throw PartnerFault(in.role, error.what());
+    if (known != nullptr) throw PartnerFault(in.party, error.what());
     dismiss(routing_id, error.what());
     return {};
   }
@@ -128,19 +128,35 @@ std::optional<Incoming> Server::receive() {
   return in;
 }
 
-void Server::greet(const std::string& routing_id, const zmq::message_t& frame, const Header& hello) {
+Party Server::party_of(const Header& hello) const {
+  if (hello.role == link::Role::flow) return Party::flow;
+  const auto& names = setup_.roster.solids();
+  const auto at = std::find(names.begin(), names.end(), hello.name);
+  if (at == names.end())
+    throw LinkError(fmt::format("refused: no solid of this case is called '{}'; expected {}", hello.name,
+                                setup_.roster.several() ? fmt::format("{}", fmt::join(names, ", ")) : "no name"));
+  return solid_party(static_cast<std::size_t>(at - names.begin()));
+}
+
+Party Server::greet(const std::string& routing_id, const zmq::message_t& frame, const Header& hello) {
   if (hello.kind != Kind::hello)
     throw LinkError(fmt::format("message refused: {} before HELLO", to_word(hello.kind)));
   if (hello.token != setup_.token)
     throw LinkError("refused: the token is not that of this run; start solvers through the coupler, "
                     "or give them its OCUBLAST_TOKEN");
-  const bool accepted = hello.role == Role::flow ? setup_.accepts_flow : setup_.accepts_solid;
-  if (!accepted)
-    throw LinkError(fmt::format("refused: the {} side is replayed in this run", to_word(hello.role)));
-  Peer& p = peer(hello.role);
+  const Party party = party_of(hello);
+  const std::string word = setup_.roster.word(party);
+  if (setup_.only && *setup_.only != party)
+    throw LinkError(fmt::format("refused: the {} side is replayed in this run", word));
+  const std::string host = index_of(party) < setup_.hosts.size() ? setup_.hosts[index_of(party)] : std::string();
+  const char* from = zmq_msg_gets(frame.handle(), "Peer-Address");
+  if (!host.empty() && (from == nullptr || host != from))
+    throw LinkError(fmt::format("refused: the {} side connects from {}, the case has it at {}", word,
+                                from == nullptr ? "nowhere known" : from, host));
+  Peer& p = peer(party);
   if (p.admitted)
     throw LinkError(fmt::format("refused: a {} participant is here already ({})",
-                                to_word(hello.role), p.program));
+                                word, p.program));
   std::string mismatch;
   if (hello.major != link::protocol_major)
     mismatch = fmt::format("protocol {}.{} of {} does not fit protocol {}.{} of the coupler",
@@ -154,7 +170,7 @@ void Server::greet(const std::string& routing_id, const zmq::message_t& frame, c
     mismatch = fmt::format("HELLO has number {}, expected 1", hello.seq);
   if (!mismatch.empty()) {
     dismiss(routing_id, mismatch);
-    throw PartnerFault(hello.role, mismatch);
+    throw PartnerFault(party, mismatch);
   }
   p = {.admitted = true, .routing_id = routing_id,
        .fd = zmq_msg_get(frame.handle(), ZMQ_SRCFD),
@@ -166,8 +182,9 @@ void Server::greet(const std::string& routing_id, const zmq::message_t& frame, c
     welcome.memory = probe_->place();
     welcome.memory_mark = probe_->mark();
   }
-  send(hello.role, std::move(welcome));
-  log_->info("{} is {}", to_word(hello.role), hello.program);
+  send(party, std::move(welcome));
+  log_->info("{} is {}", word, hello.program);
+  return party;
 }
 
 void Server::dismiss(const std::string& routing_id, const std::string& reason) {
@@ -196,8 +213,8 @@ bool Server::send_frames(const std::string& routing_id, std::string_view header,
   }
 }
 
-std::string Server::send(Role role, Header header, zmq::message_t& payload) {
-  Peer& p = peer(role);
+std::string Server::send(Party party, Header header, zmq::message_t& payload) {
+  Peer& p = peer(party);
   header.run_id = setup_.run_id;
   header.seq = p.sent + 1;
   const bool in_memory = header.memory.pid != 0 && header.kind == Kind::step;
@@ -207,18 +224,18 @@ std::string Server::send(Role role, Header header, zmq::message_t& payload) {
         link::checksum({static_cast<const std::byte*>(payload.data()), payload.size()});
   std::string bytes = link::encode(header);
   if (!p.admitted || !send_frames(p.routing_id, bytes, payload, true))
-    throw PartnerFault(role, fmt::format("takes no {}: its connection is gone", to_word(header.kind)));
+    throw PartnerFault(party, fmt::format("takes no {}: its connection is gone", to_word(header.kind)));
   ++p.sent;
   return bytes;
 }
 
-std::string Server::send(Role role, Header header) {
+std::string Server::send(Party party, Header header) {
   zmq::message_t nothing;
-  return send(role, std::move(header), nothing);
+  return send(party, std::move(header), nothing);
 }
 
-void Server::send_wait(Role role, const std::string& reason) {
-  Peer& p = peer(role);
+void Server::send_wait(Party party, const std::string& reason) {
+  Peer& p = peer(party);
   if (!p.admitted || p.lost) return;
   Header header;
   header.kind = Kind::wait;
@@ -231,8 +248,8 @@ void Server::send_wait(Role role, const std::string& reason) {
 
 void Server::abort_all(const std::string& reason, int exit_code) noexcept {
   try {
-    for (const Role role : {Role::flow, Role::solid}) {
-      Peer& p = peer(role);
+    for (const Party party : setup_.roster.all()) {
+      Peer& p = peer(party);
       if (!p.admitted || p.lost) continue;
       Header header;
       header.kind = Kind::abort;

@@ -14,20 +14,21 @@
 #include "coupler/link/keys.hpp"
 #include "coupler/link/message.hpp"
 #include "coupler/link/socket.hpp"
+#include "coupler/party.hpp"
 
 namespace ocublast::coupler {
 
 /// A participant is at fault: what it did, and with which exit code the run ends.
 struct PartnerFault : std::runtime_error {
-  PartnerFault(link::Role r, const std::string& what, int code = 3)
-      : std::runtime_error(what), role(r), exit_code(code) {}
-  link::Role role;
+  PartnerFault(Party who, const std::string& what, int code = 3)
+      : std::runtime_error(what), party(who), exit_code(code) {}
+  Party party;
   int exit_code;
 };
 
 /// A checked message of a participant.
 struct Incoming {
-  link::Role role = link::Role::flow;
+  Party party = Party::flow;
   link::Header header;
   link::Frames frames;
   std::vector<double> aside;  ///< holds the payload where the frame is not aligned
@@ -39,7 +40,7 @@ struct Incoming {
   }
 };
 
-/// Admits only the two keys of this run (ZeroMQ RFC 27), in a thread of its own.
+/// Admits only the keys of this run (ZeroMQ RFC 27), in a thread of its own.
 class KeyGuard {
  public:
   KeyGuard(zmq::context_t& context, const link::CouplerKeys& keys);
@@ -61,8 +62,9 @@ class Server {
     double silence_limit = 60.0;                 ///< s
     double max_message = 256e6;                  ///< bytes
     std::optional<link::CouplerKeys> keys;       ///< for tcp
-    bool accepts_flow = true;
-    bool accepts_solid = true;
+    Roster roster;
+    std::vector<std::string> hosts;              ///< by party: the only address it may connect from
+    std::optional<Party> only;                   ///< nobody else is accepted (the others are replayed)
     bool share_memory = true;                    ///< ipc: payloads through shared memory
   };
   Server(const Setup& setup, std::shared_ptr<spdlog::logger> log);
@@ -77,21 +79,22 @@ class Server {
   [[nodiscard]] std::optional<Incoming> take();
   /// Sends header and payload; numbers, run id and checksum are filled in (the checksum only where
   /// `payload_checksum` is 0, length and checksum not where header.memory names the payload). Returns the header frame as sent.
-  std::string send(link::Role role, link::Header header, zmq::message_t& payload);
-  std::string send(link::Role role, link::Header header);
+  std::string send(Party party, link::Header header, zmq::message_t& payload);
+  std::string send(Party party, link::Header header);
   /// Tells a participant that the coupler is alive; dropped when its queue is full.
-  void send_wait(link::Role role, const std::string& reason);
-  /// Tells both why the run ends; never throws.
+  void send_wait(Party party, const std::string& reason);
+  /// Tells all why the run ends; never throws.
   void abort_all(const std::string& reason, int exit_code) noexcept;
 
   /// Whether a participant can read the coupler's memory (READY says so).
-  [[nodiscard]] bool reads_memory(link::Role role) const { return peer(role).reads_memory; }
-  void set_reads_memory(link::Role role, bool reads) { peer(role).reads_memory = reads; }
+  [[nodiscard]] bool reads_memory(Party party) const { return peer(party).reads_memory; }
+  void set_reads_memory(Party party, bool reads) { peer(party).reads_memory = reads; }
 
-  [[nodiscard]] bool admitted(link::Role role) const { return peer(role).admitted; }
+  [[nodiscard]] bool admitted(Party party) const { return peer(party).admitted; }
   /// Whether the connection of an admitted participant was lost.
-  [[nodiscard]] bool lost(link::Role role) const { return peer(role).lost; }
-  [[nodiscard]] const std::string& program(link::Role role) const { return peer(role).program; }
+  [[nodiscard]] bool lost(Party party) const { return peer(party).lost; }
+  [[nodiscard]] const std::string& program(Party party) const { return peer(party).program; }
+  [[nodiscard]] const Roster& roster() const { return setup_.roster; }
 
  private:
   struct Peer {
@@ -104,13 +107,14 @@ class Server {
     std::uint64_t sent = 0;
     std::string program;
   };
-  [[nodiscard]] Peer& peer(link::Role role) { return peers_[role == link::Role::flow ? 0 : 1]; }
-  [[nodiscard]] const Peer& peer(link::Role role) const {
-    return peers_[role == link::Role::flow ? 0 : 1];
+  [[nodiscard]] Peer& peer(Party party) { return peers_[index_of(party)]; }
+  [[nodiscard]] const Peer& peer(Party party) const {
+    return peers_[index_of(party)];
   }
+  [[nodiscard]] Party party_of(const link::Header& hello) const;
   void watch_connections();
   [[nodiscard]] std::optional<Incoming> receive();
-  void greet(const std::string& routing_id, const zmq::message_t& frame, const link::Header& hello);
+  [[nodiscard]] Party greet(const std::string& routing_id, const zmq::message_t& frame, const link::Header& hello);
   void dismiss(const std::string& routing_id, const std::string& reason);
   bool send_frames(const std::string& routing_id, std::string_view header, zmq::message_t& payload,
                    bool wait);
@@ -121,7 +125,7 @@ class Server {
   std::optional<KeyGuard> guard_;
   zmq::socket_t socket_;
   std::optional<link::ConnectionMonitor> monitor_;
-  std::array<Peer, 2> peers_;
+  std::vector<Peer> peers_;
   std::optional<link::MemoryProbe> probe_;
   link::MemoryReader memory_;
   bool something_read_ = false;

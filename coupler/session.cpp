@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -27,7 +28,6 @@ namespace ocublast::coupler {
 using link::Clock;
 using link::Header;
 using link::Kind;
-using link::Role;
 using link::to_word;
 
 namespace {
@@ -47,8 +47,10 @@ class Session {
   void load_resume();
   void start_solvers();
   void shake();
-  [[nodiscard]] Interface make_interface(const Handshake& hands);
-  void open_results(Interface interface);
+  [[nodiscard]] Interface make_interface(const SolidHands& solid, Party party);
+  [[nodiscard]] std::uint64_t hash_of_meshes(const Handshake& hands) const;
+  void record_handshake(Handshake& hands);
+  void open_results(std::vector<Interface> interfaces);
   void start_state(Handshake& hands);
   void advance();
   [[nodiscard]] int predictor_order(double width);
@@ -56,7 +58,9 @@ class Session {
     return settings_.scheme == SchemeKind::serial_implicit || settings_.scheme == SchemeKind::parallel_implicit;
   }
   [[nodiscard]] bool checkpoint_due() const;
+  void flush_rows();
   void write_checkpoint();
+  void await_all(link::Kind kind, const char* what);
   void finish();
   void show_progress();
   void tell_status(const std::string& phase, const std::string& detail = {});
@@ -78,11 +82,11 @@ class Session {
   std::optional<StoredState> resumed_;
   CouplingState state_;
   std::uint64_t mesh_hash_ = 0;
-  std::size_t n_vertices_ = 0;
   TimeWindow window_;
   std::string phase_ = "during the handshake";
   std::optional<TrafficWriter> traffic_;
   std::optional<WindowLog> rows_;
+  std::vector<InterfaceLog> interface_rows_;  ///< where there are several
   std::optional<Exchange> exchange_;
   std::unique_ptr<Scheme> scheme_;
   std::uint64_t last_checkpoint_window_ = 0;
@@ -103,6 +107,10 @@ FileLock lock_run(const std::filesystem::path& out) {
           fmt::format("{}: another coupler is running in this directory", out.string())};
 }
 
+link::InterfaceMesh mesh_of(const MeshMessage& mesh) {
+  return link::mesh_from_payload(mesh.header, {static_cast<const std::byte*>(mesh.payload.data()), mesh.payload.size()});
+}
+
 Server::Setup server_setup(const Settings& settings, const SocketPlace& place,
                            const SolverStart& start) {
   return {.endpoint = place.endpoint(),
@@ -112,6 +120,9 @@ Server::Setup server_setup(const Settings& settings, const SocketPlace& place,
           .silence_limit = settings.silence_limit,
           .max_message = 1e6 * settings.max_message,
           .keys = start.coupler_keys(),
+          .roster = settings.roster,
+          .hosts = settings.hosts,
+          .only = {},
           .share_memory = settings.share_memory};
 }
 
@@ -120,7 +131,7 @@ Session::Session(const RunOptions& options, const Settings& settings,
     : options_(options), settings_(settings), log_(std::move(log)), run_lock_(lock_run(options.out)),
       events_(options.out / "log" / "events.jsonl"),
       place_(options.endpoint.empty() ? settings.endpoint : options.endpoint),
-      start_(options, place_.encrypted(), settings.case_hash),
+      start_(options, settings.roster, place_.encrypted(), settings.case_hash),
       server_(server_setup(settings, place_, start_), log_),
       partners_(server_, signals_, {settings.silence_limit, settings.step_limit}, log_) {}
 
@@ -139,103 +150,135 @@ void Session::load_resume() {
 }
 
 void Session::start_solvers() {
-  if (options_.await) {
-    start_.announce(server_.endpoint(), settings_.silence_limit);
-    return;
-  }
-  for (const Role role : {Role::flow, Role::solid})
-    partners_.start(start_.child(role, server_.endpoint(), settings_.silence_limit));
+  std::vector<Party> elsewhere;
+  for (const Party party : settings_.roster.all())
+    if (options_.await || !settings_.hosts[index_of(party)].empty()) elsewhere.push_back(party);
+  if (!options_.await && !elsewhere.empty() && !place_.encrypted())
+    throw CaseError("coupling.hosts: others connect by tcp: give coupling.endpoint = \"tcp://ADDRESS:PORT\"");
+  if (!elsewhere.empty()) start_.announce(elsewhere, server_.endpoint(), settings_.silence_limit);
+  for (const Party party : settings_.roster.all())
+    if (std::find(elsewhere.begin(), elsewhere.end(), party) == elsewhere.end())
+      partners_.start(start_.child(party, server_.endpoint(), settings_.silence_limit));
 }
 
+/// Where the solids' surfaces are and how they move when the run begins, one after the other.
 void Session::start_state(Handshake& hands) {
-  const Header& ready = hands.solid_ready->header;
-  state_.stable_flow = hands.ready[0].stable_step;
-  state_.stable_solid = ready.stable_step;
-  const std::size_t n = 3 * n_vertices_;
-  const auto view = link::view_payload(ready, hands.solid_ready->payload());
-  if (view.position.empty()) {
-    const auto mesh = std::make_shared<link::InterfaceMesh>(link::mesh_from_payload(
-        hands.mesh, {static_cast<const std::byte*>(hands.mesh_payload.data()), hands.mesh_payload.size()}));
-    state_.position = {mesh, mesh->vertices};
-  } else {
-    state_.position = {hands.solid_ready, view.position};
+  state_.stable_flow = hands.flow_ready.stable_step;
+  state_.stable_solid = std::numeric_limits<double>::infinity();
+  std::vector<double> position, velocity, acceleration;
+  bool accelerates = false;
+  state_.solid_at_rest = true;
+  for (SolidHands& solid : hands.solids) {
+    const Header& ready = solid.ready->header;
+    const std::size_t n = 3 * solid.mesh.header.n_vertices;
+    state_.stable_solid = std::min(state_.stable_solid, ready.stable_step);
+    state_.solid_at_rest = state_.solid_at_rest && ready.fields == 0;
+    const auto view = link::view_payload(ready, solid.ready->payload());
+    const auto vertices = mesh_of(solid.mesh).vertices;
+    const auto at = view.position.empty() ? std::span<const double>(vertices) : view.position;
+    position.insert(position.end(), at.begin(), at.end());
+    velocity.insert(velocity.end(), view.velocity.begin(), view.velocity.end());
+    velocity.resize(position.size(), 0.0);
+    acceleration.insert(acceleration.end(), view.acceleration.begin(), view.acceleration.end());
+    acceleration.resize(acceleration.size() + n - view.acceleration.size(), 0.0);
+    accelerates = accelerates || !view.acceleration.empty();
   }
-  state_.velocity = view.velocity.empty() ? SharedValues::from(std::vector<double>(n, 0.0))
-                                          : SharedValues{hands.solid_ready, view.velocity};
-  state_.solid_at_rest = ready.fields == 0;
-  state_.wall_current = ready.fields == 0;
-  if (view.acceleration.empty()) return;
+  state_.wall_current = state_.solid_at_rest;
+  state_.position = SharedValues::from(std::move(position));
+  state_.velocity = SharedValues::from(std::move(velocity));
+  if (!accelerates) return;
   if (settings_.leap_frog) {
-    state_.acceleration = {hands.solid_ready, view.acceleration};
+    state_.acceleration = SharedValues::from(std::move(acceleration));
     return;
   }
   // A velocity one second ago that makes the predictor's backward difference this acceleration.
   std::vector<double> before(state_.velocity.values.begin(), state_.velocity.values.end());
-  for (std::size_t i = 0; i < n; ++i) before[i] -= view.acceleration[i];
+  for (std::size_t i = 0; i < before.size(); ++i) before[i] -= acceleration[i];
   state_.velocity_before = SharedValues::from(std::move(before));
   state_.width_before = 1.0;
 }
 
-/// The flow's mesh beside the solid's: a map where they differ.
-Interface Session::make_interface(const Handshake& hands) {
-  const auto n = static_cast<std::size_t>(hands.mesh.n_vertices);
-  Interface interface{.n_flow = n, .n_solid = n, .takes_force = hands.solid_ready->header.takes_force, .map = {}};
-  if (!hands.flow_mesh || hands.flow_mesh->mesh_hash == hands.mesh.mesh_hash) return interface;
+/// The flow's mesh beside a solid's: a map where they differ.
+Interface Session::make_interface(const SolidHands& solid, Party party) {
+  const auto n = static_cast<std::size_t>(solid.mesh.header.n_vertices);
+  Interface interface{.n_flow = n, .n_solid = n, .takes_force = solid.ready->header.takes_force, .map = {}};
+  if (!solid.flow_mesh || solid.flow_mesh->header.mesh_hash == solid.mesh.header.mesh_hash) return interface;
   const auto begin = Clock::now();
-  const auto mesh = [](const Header& header, const zmq::message_t& payload) {
-    return link::mesh_from_payload(header, {static_cast<const std::byte*>(payload.data()), payload.size()});
-  };
   try {
-    interface.map = std::make_unique<InterfaceMap>(mesh(*hands.flow_mesh, hands.flow_mesh_payload),
-                                                   mesh(hands.mesh, hands.mesh_payload), settings_.mapping);
+    interface.map = std::make_unique<InterfaceMap>(mesh_of(*solid.flow_mesh), mesh_of(solid.mesh), settings_.mapping);
   } catch (const LinkError& error) {
-    throw PartnerFault(Role::flow, error.what(), static_cast<int>(ExitCode::bad_case));
+    throw PartnerFault(Party::flow, error.what(), static_cast<int>(ExitCode::bad_case));
   }
   interface.n_flow = interface.map->n_flow();
-  log_->info("mapped by {}: {} vertices of the flow, {} of the solid, largest gap {:.3g} m, load as {}, {:.3f} s",
-             interface.map->method(), interface.n_flow, n, interface.map->largest_gap(),
+  log_->info("{} mapped by {}: {} vertices of the flow, {} of the solid, largest gap {:.3g} m, load as {}, {:.3f} s",
+             settings_.roster.word(party), interface.map->method(), interface.n_flow, n, interface.map->largest_gap(),
              interface.takes_force ? "forces (conservative)" : "overpressure (not conservative)",
              link::seconds_since(begin));
   return interface;
 }
 
+/// Hash of all meshes of the run; of the one mesh where there is one.
+std::uint64_t Session::hash_of_meshes(const Handshake& hands) const {
+  std::vector<std::uint64_t> hashes;
+  for (const SolidHands& solid : hands.solids) {
+    hashes.push_back(solid.mesh.header.mesh_hash);
+    if (solid.flow_mesh && solid.flow_mesh->header.mesh_hash != hashes.back())
+      hashes.push_back(solid.flow_mesh->header.mesh_hash);
+  }
+  return hashes.size() == 1 ? hashes.front() : link::checksum(std::as_bytes(std::span(hashes)));
+}
+
+void Session::record_handshake(Handshake& hands) {
+  zmq::message_t nothing;
+  for (std::size_t k = 0; k < hands.solids.size(); ++k) {
+    SolidHands& solid = hands.solids[k];
+    const auto number = traffic_->append({solid_party(k), true}, link::encode(solid.mesh.header), solid.mesh.payload);
+    traffic_->append({Party::flow, false}, solid.header_to_flow, solid.mesh.payload, number);
+  }
+  for (SolidHands& solid : hands.solids)
+    if (solid.flow_mesh)
+      traffic_->append({Party::flow, true}, link::encode(solid.flow_mesh->header), solid.flow_mesh->payload);
+  traffic_->append({Party::flow, true}, link::encode(hands.flow_ready), nothing);
+  for (std::size_t k = 0; k < hands.solids.size(); ++k) {
+    Incoming& ready = *hands.solids[k].ready;
+    traffic_->append({solid_party(k), true}, ready.frames.header_view(), ready.frames.payload);
+  }
+}
+
 void Session::shake() {
   Handshake hands = shake_hands(partners_, server_, settings_.start_limit, state_);
-  mesh_hash_ = hands.mesh.mesh_hash;
-  if (hands.flow_mesh && hands.flow_mesh->mesh_hash != mesh_hash_) {
-    const std::array<std::uint64_t, 2> both{mesh_hash_, hands.flow_mesh->mesh_hash};
-    mesh_hash_ = link::checksum(std::as_bytes(std::span(both)));
+  mesh_hash_ = hash_of_meshes(hands);
+  std::vector<Interface> interfaces;
+  std::uint64_t vertices = 0, triangles = 0;
+  std::string solids;
+  for (std::size_t k = 0; k < hands.solids.size(); ++k) {
+    interfaces.push_back(make_interface(hands.solids[k], solid_party(k)));
+    vertices += hands.solids[k].mesh.header.n_vertices;
+    triangles += hands.solids[k].mesh.header.n_triangles;
+    solids += (solids.empty() ? "" : ", ") + server_.program(solid_party(k));
   }
-  n_vertices_ = hands.mesh.n_vertices;
-  Interface interface = make_interface(hands);
   if (resumed_) {
     if (resumed_->mesh_hash != mesh_hash_)
-      throw PartnerFault(Role::solid, fmt::format("brings the interface mesh {:016x}, the checkpoint is "
-                                                  "of {:016x}", mesh_hash_, resumed_->mesh_hash));
+      throw PartnerFault(Party::solid, fmt::format("brings the interface mesh {:016x}, the checkpoint is "
+                                                   "of {:016x}", mesh_hash_, resumed_->mesh_hash));
   } else {
     start_state(hands);
   }
-  open_results(std::move(interface));
+  open_results(std::move(interfaces));
   exchange_->set_wall(state_.wall.values.empty() ? state_.position.values : state_.wall.values);
-  if (traffic_) {
-    const auto number = traffic_->append(Direction::from_solid, link::encode(hands.mesh), hands.mesh_payload);
-    traffic_->append(Direction::to_flow, hands.flow_mesh_header, hands.mesh_payload, number);
-    if (hands.flow_mesh)
-      traffic_->append(Direction::from_flow, link::encode(*hands.flow_mesh), hands.flow_mesh_payload);
-    zmq::message_t nothing;
-    traffic_->append(Direction::from_flow, link::encode(hands.ready[0]), nothing);
-    traffic_->append(Direction::from_solid, hands.solid_ready->frames.header_view(),
-                     hands.solid_ready->frames.payload);
-  }
-  log_->info("ready: {} vertices, {} triangles, stable steps {} s (flow) and {} s (solid)", n_vertices_,
-             hands.mesh.n_triangles, state_.stable_flow, state_.stable_solid);
-  events_.note("ready", {{"flow", server_.program(Role::flow)}, {"solid", server_.program(Role::solid)},
-                         {"vertices", n_vertices_}, {"window", state_.window}, {"time_s", state_.time}});
+  if (traffic_) record_handshake(hands);
+  log_->info("ready: {} vertices, {} triangles, stable steps {} s (flow) and {} s (solid)", vertices, triangles,
+             state_.stable_flow, state_.stable_solid);
+  events_.note("ready", {{"flow", server_.program(Party::flow)}, {"solid", solids},
+                         {"vertices", vertices}, {"window", state_.window}, {"time_s", state_.time}});
 }
 
-void Session::open_results(Interface interface) {
+void Session::open_results(std::vector<Interface> interfaces) {
   const bool same_run = resumed_.has_value();
   rows_.emplace(options_.out / "coupling.csv", same_run ? state_.window : 0);
+  if (settings_.roster.several())
+    for (const auto& name : settings_.roster.solids())
+      interface_rows_.emplace_back(options_.out, name, same_run ? state_.window : 0);
   if (settings_.record) {
     auto file = options_.out / "traffic.ocu";
     if (same_run && std::filesystem::exists(file))
@@ -244,9 +287,11 @@ void Session::open_results(Interface interface) {
                                               .case_name = settings_.common.name,
                                               .case_hash = settings_.case_hash,
                                               .mesh_hash = mesh_hash_,
-                                              .first_window = state_.window + 1});
+                                              .first_window = state_.window + 1,
+                                              .solids = settings_.roster.solids()},
+                     settings_.record_packed ? TrafficWriter::Packing::zstd : TrafficWriter::Packing::none);
   }
-  exchange_.emplace(partners_, server_, settings_, std::move(interface), traffic_ ? &*traffic_ : nullptr);
+  exchange_.emplace(partners_, server_, settings_, std::move(interfaces), traffic_ ? &*traffic_ : nullptr);
   scheme_ = make_scheme(*exchange_, settings_);
 }
 
@@ -294,11 +339,20 @@ void Session::advance() {
                 .iterations = reports.iterations, .residual = reports.residual, .overhead = overhead};
   row.window.steps_flow = reports.flow.steps;
   rows_->add(row);
+  for (std::size_t k = 0; k < interface_rows_.size(); ++k)
+    interface_rows_[k].add(window_, reports.flow_balance.empty() ? std::span<const double>()
+                                                                 : std::span(reports.flow_balance).subspan(4 * k, 4),
+                           reports.solids[k]);
   if (link::seconds_since(last_flush_) < flush_every) return;
   last_flush_ = Clock::now();
-  rows_->flush();
+  flush_rows();
   if (traffic_) traffic_->flush();
   show_progress();
+}
+
+void Session::flush_rows() {
+  rows_->flush();
+  for (InterfaceLog& rows : interface_rows_) rows.flush();
 }
 
 bool Session::checkpoint_due() const {
@@ -309,34 +363,44 @@ bool Session::checkpoint_due() const {
   return every > 0.0 && std::floor(state_.time / every) > std::floor(last_checkpoint_time_ / every);
 }
 
+/// DONE or BYE of everybody, each at the window where it stands.
+void Session::await_all(Kind kind, const char* what) {
+  std::vector<bool> here(settings_.roster.size());
+  while (true) {
+    const auto missing = std::find(here.begin(), here.end(), false);
+    if (missing == here.end()) return;
+    const auto blame = static_cast<Party>(missing - here.begin());
+    const Incoming answer = partners_.await(blame, what, settings_.start_limit);
+    const std::uint64_t window = answer.party == Party::flow ? state_.flow_window() : state_.window;
+    const std::size_t i = index_of(answer.party);
+    if (answer.header.kind != kind || here[i] || (kind == Kind::done && answer.header.window != window))
+      throw PartnerFault(answer.party, fmt::format("sent {} while {} was awaited", to_word(answer.header.kind), what));
+    here[i] = true;
+    if (kind == Kind::bye) partners_.set_over(answer.party);
+    else partners_.set_computing(answer.party, false);
+  }
+}
+
 void Session::write_checkpoint() {
   phase_ = "while writing the checkpoint";
   const auto directory = begin_checkpoint(options_.out, state_.window);
-  for (const Role role : {Role::flow, Role::solid}) {
+  for (const Party party : settings_.roster.all()) {
     Header header;
     header.kind = Kind::checkpoint;
-    header.window = role == Role::flow ? state_.flow_window() : state_.window;
-    header.directory = directory.string();
-    server_.send(role, std::move(header));
-    partners_.set_computing(role, true);
+    header.window = party == Party::flow ? state_.flow_window() : state_.window;
+    const auto own = directory / settings_.roster.name(party);  // of several solids each has its own
+    std::filesystem::create_directories(own);
+    header.directory = (settings_.roster.name(party).empty() ? directory : own).string();
+    server_.send(party, std::move(header));
+    partners_.set_computing(party, true);
   }
   if (const auto wall = exchange_->wall(); !wall.empty())
     state_.wall = SharedValues::from(std::vector<double>(wall.begin(), wall.end()));
   write_state(directory, state_, settings_.case_hash, mesh_hash_);
   // A run that is killed later goes on from here: its tables must reach this far.
-  rows_->flush();
+  flush_rows();
   if (traffic_) traffic_->flush();
-  std::array<bool, 2> done{};
-  while (!done[0] || !done[1]) {
-    const Role blame = done[0] ? Role::solid : Role::flow;
-    const Incoming answer = partners_.await(blame, "DONE", settings_.start_limit);
-    const std::size_t i = answer.role == Role::flow ? 0 : 1;
-    if (answer.header.kind != Kind::done || answer.header.window != (i == 0 ? state_.flow_window() : state_.window) || done[i])
-      throw PartnerFault(answer.role, fmt::format("sent {} while DONE was awaited",
-                                                  to_word(answer.header.kind)));
-    done[i] = true;
-    partners_.set_computing(answer.role, false);
-  }
+  await_all(Kind::done, "DONE");
   if (traffic_) traffic_->wait_written();
   complete_checkpoint(options_.out, state_.window, kept_checkpoints);
   last_checkpoint_window_ = state_.window;
@@ -348,29 +412,26 @@ void Session::write_checkpoint() {
 
 void Session::finish() {
   phase_ = "during the farewell";
-  for (const Role role : {Role::flow, Role::solid}) {
+  for (const Party party : settings_.roster.all()) {
     Header header;
     header.kind = Kind::finish;
     header.window = state_.window;
-    server_.send(role, std::move(header));
-    partners_.set_computing(role, true);
+    server_.send(party, std::move(header));
+    partners_.set_computing(party, true);
   }
-  std::array<bool, 2> bye{};
-  while (!bye[0] || !bye[1]) {
-    const Role blame = bye[0] ? Role::solid : Role::flow;
-    const Incoming answer = partners_.await(blame, "BYE", settings_.start_limit);
-    if (answer.header.kind != Kind::bye)
-      throw PartnerFault(answer.role, fmt::format("sent {} while BYE was awaited", to_word(answer.header.kind)));
-    bye[answer.role == Role::flow ? 0 : 1] = true;
-    partners_.set_over(answer.role);
-  }
+  await_all(Kind::bye, "BYE");
   partners_.await_children(settings_.start_limit);
   wall_.total = link::seconds_since(begin_);
   rows_->close();
+  std::vector<std::pair<std::string, Balance>> balances;
+  for (InterfaceLog& rows : interface_rows_) {
+    rows.close();
+    balances.emplace_back(rows.name(), rows.balance());
+  }
   if (traffic_) traffic_->close();
   write_summary(options_.out / "coupling_summary.json",
                 {.time = state_.time, .windows = state_.window - first_window_,
-                 .theta_max = state_.theta_max, .balance = state_.balance, .wall = wall_});
+                 .theta_max = state_.theta_max, .balance = state_.balance, .interfaces = balances, .wall = wall_});
 }
 
 void Session::tell_status(const std::string& phase, const std::string& detail) {
@@ -405,16 +466,16 @@ void Session::show_progress() {
 }
 
 std::string Session::describe(const PartnerFault& fault) const {
-  const std::string& program = server_.program(fault.role);
-  const std::string who = program.empty() ? std::string(to_word(fault.role))
-                                          : fmt::format("{} ({})", to_word(fault.role), program);
+  const std::string& program = server_.program(fault.party);
+  const std::string word = settings_.roster.word(fault.party);
+  const std::string who = program.empty() ? word : fmt::format("{} ({})", word, program);
   const bool in_window = window_.number > state_.window;
   const std::string when =
       !phase_.empty() ? phase_
       : in_window     ? fmt::format("in window {} (t = {:.6g} s to {:.6g} s)", window_.number,
                                     window_.t_begin, window_.t_end)
                       : fmt::format("after window {} (t = {:.6g} s)", state_.window, state_.time);
-  const auto log = partners_.log_of(fault.role);
+  const auto log = partners_.log_of(fault.party);
   std::string text = fmt::format("{} failed {}, {:.1f} s after the start: {}", who, when,
                                  link::seconds_since(begin_), fault.what());
   if (!log.empty()) text += fmt::format("; its log: {}", log.string());
@@ -446,7 +507,7 @@ bool Session::run() {
     return run_checked();
   } catch (const PartnerFault& fault) {
     std::string text = describe(fault);
-    const auto log = partners_.log_of(fault.role);
+    const auto log = partners_.log_of(fault.party);
     const std::string tail = log.empty() ? std::string() : tail_of(log, log_lines);
     if (!tail.empty()) text += "\n" + tail.substr(0, tail.size() - 1);
     fail(text, fault.exit_code);

@@ -17,7 +17,10 @@ struct RunOptions {
   std::filesystem::path out;
   std::filesystem::path resume;
   std::string flow_command;   ///< empty: flow_solver beside the coupler
-  std::string solid_command;  ///< empty: solid_solver beside the coupler
+  /// Of the solids, NAME=COMMAND for one of several; empty: solid_solver beside the coupler.
+  std::vector<std::string> solid_commands;
+  int ranks_flow = 1;         ///< processes under mpirun
+  int ranks_solid = 1;
   int threads_flow = 0;       ///< 0: all
   int threads_solid = 0;
   std::string endpoint;       ///< empty: that of the case
@@ -27,7 +30,7 @@ struct RunOptions {
 };
 
 /// Command line of a solver as the coupler starts it, without --check and the like.
-[[nodiscard]] std::vector<std::string> solver_command(link::Role role, const RunOptions& options);
+[[nodiscard]] std::vector<std::string> solver_command(Party party, const Roster& roster, const RunOptions& options);
 
 /// Runs a coupled case from start to end and writes its results to options.out. Throws CaseError,
 /// LinkError or NumericsError (the kind of fault of whoever failed) after all participants ended.

@@ -150,6 +150,7 @@ Settings read_settings(CaseReader& reader) {
   read_windows(section, settings);
   read_limits(section, settings);
   section.flag("record", settings.record, "keep the exact messages in traffic.ocu");
+  section.flag("record_packed", settings.record_packed, "pack the recording with zstd: smaller, more work beside the run");
   section.flag("shared_memory", settings.share_memory, "ipc: large payloads through shared memory");
   section.real("checkpoint_every_s", settings.checkpoint_every,
                {.unit = "s", .min = 0.0, .help = "simulated time between checkpoints, 0: none"});
@@ -158,6 +159,12 @@ Settings read_settings(CaseReader& reader) {
   section.text("endpoint", settings.endpoint,
                {.help = "ipc://PATH or tcp://ADDRESS:PORT; empty: a private ipc socket"});
   settings.case_hash = reader.hash();
+  if (!reader.solids().empty()) settings.roster = Roster(reader.solids());
+  auto hosts = section.table("hosts", "who is started elsewhere, by somebody else: addresses they connect from");
+  for (const Party party : settings.roster.all()) {
+    auto& host = settings.hosts.emplace_back();
+    hosts.text(settings.roster.file_name(party), host, {.help = "its address, as in \"10.0.0.2\"; needs a tcp endpoint"});
+  }
   return settings;
 }
 

@@ -7,6 +7,7 @@
 #include "coupler/base/case_reader.hpp"
 #include "coupler/link/participant.hpp"
 #include "coupler/mapping/interface_map.hpp"
+#include "coupler/party.hpp"
 
 namespace ocublast::coupler {
 
@@ -26,6 +27,7 @@ enum class RelaxationKind { constant, aitken, iqn_ils };
 struct Settings {
   CaseCommon common;
   std::uint64_t case_hash = 0;
+  Roster roster;                   ///< the flow and the solids of the case
 
   SchemeKind scheme = SchemeKind::serial_explicit;
   WindowRule window = WindowRule::subcycle;
@@ -51,6 +53,7 @@ struct Settings {
   bool allow_unstable = false;
 
   bool record = true;
+  bool record_packed = false;      ///< zstd
   bool share_memory = true;        ///< ipc: payloads through shared memory
   double silence_limit = 60.0;     ///< s without any sign of life
   double start_limit = 300.0;      ///< s from start until both are ready; also for the final BYE
@@ -58,6 +61,7 @@ struct Settings {
   double checkpoint_every = 0.0;   ///< s of simulated time; 0: none
   std::int64_t checkpoint_every_windows = 0;  ///< 0: none
   std::string endpoint;            ///< empty: a private ipc socket
+  std::vector<std::string> hosts;  ///< by party: address it connects from; empty: started by the coupler
   double max_message = 256.0;      ///< MB
 };
 

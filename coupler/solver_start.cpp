@@ -2,19 +2,19 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/link/message.hpp"
 
 namespace ocublast::coupler {
 
-using link::Role;
-using link::to_word;
 
 namespace {
 
@@ -38,28 +38,55 @@ std::filesystem::path beside_ourselves(const std::string& program) {
   return error ? std::filesystem::path(program) : self.parent_path() / program;
 }
 
-}  // namespace
-
-std::vector<std::string> solver_command(Role role, const RunOptions& options) {
-  const bool flow = role == Role::flow;
-  const std::string& given = flow ? options.flow_command : options.solid_command;
-  std::vector<std::string> command =
-      given.empty() ? std::vector{beside_ourselves(flow ? "flow_solver" : "solid_solver").string()}
-                    : split_command(given);
-  if (command.empty()) throw CaseError(fmt::format("--{}: no command given", to_word(role)));
-  command.push_back(options.source.case_file.string());
-  for (const auto& text : options.source.overrides) command.insert(command.end(), {"--set", text});
-  if (!options.source.mesh_directory.empty())
-    command.insert(command.end(), {"--mesh-dir", options.source.mesh_directory.string()});
-  if (!options.out.empty()) command.insert(command.end(), {"--out", options.out.string()});
-  if (!options.resume.empty()) command.insert(command.end(), {"--resume", options.resume.string()});
-  const int threads = flow ? options.threads_flow : options.threads_solid;
-  if (threads > 0) command.insert(command.end(), {"--threads", std::to_string(threads)});
+/// --solid COMMAND is for every solid, --solid NAME=COMMAND for one of several.
+std::string given_command(Party party, const Roster& roster, const RunOptions& options) {
+  if (party == Party::flow) return options.flow_command;
+  std::string command;
+  for (const std::string& given : options.solid_commands) {
+    const std::string prefix = roster.name(party) + "=";
+    const auto equals = given.find('=');
+    const auto& names = roster.solids();
+    const bool for_one = roster.several() && equals != std::string::npos &&
+                         std::find(names.begin(), names.end(), given.substr(0, equals)) != names.end();
+    if (!for_one) command = given;
+    else if (given.starts_with(prefix)) return given.substr(prefix.size());
+  }
   return command;
 }
 
-SolverStart::SolverStart(const RunOptions& options, bool encrypted, std::uint64_t case_hash)
-    : options_(options), case_hash_(case_hash), token_(link::make_token()) {
+/// Under mpirun where several ranks are wanted: its own choice of what runs where would bind every
+/// rank of both solvers to the same first cores.
+std::vector<std::string> with_ranks(std::vector<std::string> command, int ranks) {
+  if (ranks <= 1) return command;
+  std::vector<std::string> all{"mpirun", "-n", std::to_string(ranks), "--bind-to", "none"};
+  all.insert(all.end(), command.begin(), command.end());
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::string> solver_command(Party party, const Roster& roster, const RunOptions& options) {
+  const bool flow = party == Party::flow;
+  const std::string given = given_command(party, roster, options);
+  std::vector<std::string> command =
+      given.empty() ? std::vector{beside_ourselves(flow ? "flow_solver" : "solid_solver").string()}
+                    : split_command(given);
+  if (command.empty()) throw CaseError(fmt::format("--{}: no command given", flow ? "flow" : "solid"));
+  command.push_back(options.source.case_file.string());
+  const std::string name = roster.name(party);
+  if (!name.empty()) command.insert(command.end(), {"--name", name});
+  for (const auto& text : options.source.overrides) command.insert(command.end(), {"--set", text});
+  if (!options.source.mesh_directory.empty())
+    command.insert(command.end(), {"--mesh-dir", options.source.mesh_directory.string()});
+  if (!options.out.empty()) command.insert(command.end(), {"--out", (options.out / name).string()});
+  if (!options.resume.empty()) command.insert(command.end(), {"--resume", options.resume.string()});
+  const int threads = flow ? options.threads_flow : options.threads_solid;
+  if (threads > 0) command.insert(command.end(), {"--threads", std::to_string(threads)});
+  return with_ranks(std::move(command), flow ? options.ranks_flow : options.ranks_solid);
+}
+
+SolverStart::SolverStart(const RunOptions& options, const Roster& roster, bool encrypted, std::uint64_t case_hash)
+    : options_(options), roster_(roster), case_hash_(case_hash), token_(link::make_token()) {
   // Solvers that somebody else starts over ipc may share a token chosen by that somebody.
   const char* shared = std::getenv("OCUBLAST_TOKEN");
   if (options.await && shared != nullptr && *shared != '\0') token_ = shared;
@@ -70,29 +97,44 @@ SolverStart::SolverStart(const RunOptions& options, bool encrypted, std::uint64_
     token_ = made->token;
     return;
   }
-  coupler_keys_ = link::make_keys(keys_, token_);
+  std::vector<std::string> files;
+  for (const Party party : roster.all()) files.push_back(roster.file_name(party));
+  coupler_keys_ = link::make_keys(keys_, token_, files);
 }
 
-Child::Start SolverStart::child(Role role, const std::string& endpoint, double silence_limit) const {
+Child::Start SolverStart::child(Party party, const std::string& endpoint, double silence_limit) const {
   Child::Start start;
-  start.role = role;
-  start.command = solver_command(role, options_);
+  start.party = party;
+  start.word = roster_.word(party);
+  start.command = solver_command(party, roster_, options_);
   start.environment = {{"OCUBLAST_ENDPOINT", endpoint_for_children(endpoint)},
                        {"OCUBLAST_TOKEN", token_},
                        {"OCUBLAST_KEYS", keys_.string()},
                        // For solvers that do not read the case themselves and cannot compute it.
                        {"OCUBLAST_CASE_HASH", fmt::format("{:016x}", case_hash_)},
                        {"OCUBLAST_SILENCE_LIMIT_S", fmt::format("{}", silence_limit)}};
+  const std::string name = roster_.name(party);
+  if (!name.empty()) {
+    start.environment.emplace_back("OCUBLAST_NAME", name);
+    std::filesystem::create_directories(options_.out / name);
+  }
+  const int ranks = party == Party::flow ? options_.ranks_flow : options_.ranks_solid;
+  if (ranks > 1)
+    // Open MPI refuses root and more ranks than cores unless told; ranks that wait give their core away.
+    for (const char* key : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "OMPI_MCA_rmaps_base_oversubscribe",
+                            "OMPI_MCA_mpi_yield_when_idle"})
+      if (std::getenv(key) == nullptr) start.environment.emplace_back(key, "1");
   // Both solvers have all cores but compute in turn: threads that spin on after a parallel region
   // would take the other side's time. About 50 us of spinning is kept for the regions themselves.
   if (std::getenv("OMP_WAIT_POLICY") == nullptr && std::getenv("GOMP_SPINCOUNT") == nullptr)
     start.environment.emplace_back("GOMP_SPINCOUNT", "20000");
-  start.log = options_.out / "log" / fmt::format("{}.log", to_word(role));
+  start.log = options_.out / "log" / fmt::format("{}.log", roster_.file_name(party));
   if (options_.resume.empty()) std::filesystem::remove(start.log);
   return start;
 }
 
-void SolverStart::announce(const std::string& endpoint, double silence_limit) const {
+void SolverStart::announce(const std::vector<Party>& awaited, const std::string& endpoint,
+                           double silence_limit) const {
   const auto file = options_.out / "connection.env";
   const mode_t before = ::umask(077);
   std::ofstream out(file, std::ios::trunc);
@@ -102,10 +144,14 @@ void SolverStart::announce(const std::string& endpoint, double silence_limit) co
       << '\n'
       << fmt::format("export OCUBLAST_CASE_HASH={:016x}\n", case_hash_)
       << "export OCUBLAST_SILENCE_LIMIT_S=" << silence_limit << '\n';
+  if (roster_.several())
+    out << fmt::format("# and for each solid its own OCUBLAST_NAME: {}\n", fmt::join(roster_.solids(), ", "));
   out.close();
   if (!out) throw LinkError(fmt::format("{}: cannot be written", file.string()));
-  std::printf("coupler: waiting at %s for a flow and a solid solver; their environment: %s\n",
-              endpoint.c_str(), file.c_str());
+  std::vector<std::string> words;
+  for (const Party party : awaited) words.push_back(roster_.word(party));
+  std::printf("coupler: waiting at %s for %s; their environment: %s\n", endpoint.c_str(),
+              fmt::format("{}", fmt::join(words, ", ")).c_str(), file.c_str());
   std::fflush(stdout);
 }
 

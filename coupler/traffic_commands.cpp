@@ -53,7 +53,7 @@ void dump_traffic(const std::filesystem::path& file) {
     const Header h = link::decode(record->header);
     std::printf("%8lu %12.1f %-8s %8lu %-10s%s\n", record->number,
                 1e-3 * static_cast<double>(record->nanoseconds),
-                std::string(to_word(record->direction)).c_str(), h.window,
+                to_word(record->direction).c_str(), h.window,
                 std::string(link::to_word(h.kind)).c_str(), contents(h, *record).c_str());
   }
   require_undamaged(reader);
@@ -82,7 +82,7 @@ bool diff_traffic(const std::filesystem::path& a, const std::filesystem::path& b
       difference = first_difference(hl, std::as_bytes(std::span(l->payload)), hr,
                                     std::as_bytes(std::span(r->payload)), tolerance);
     if (difference) {
-      std::printf("message %lu (%s): %s\n", l->number, std::string(to_word(l->direction)).c_str(), difference->c_str());
+      std::printf("message %lu (%s): %s\n", l->number, to_word(l->direction).c_str(), difference->c_str());
       return false;
     }
     ++compared;

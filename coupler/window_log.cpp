@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <sstream>
 #include <string>
 
 #include <fmt/format.h>
@@ -67,6 +68,56 @@ void WindowLog::close() {
     throw LinkError(fmt::format("{}: could not be written to the end; is the disk full?", file_.string()));
 }
 
+namespace {
+
+constexpr const char* interface_columns =
+    "time_s,window,work_flow_J,work_solid_J,impulse_flow_x_N_s,impulse_flow_y_N_s,impulse_flow_z_N_s,"
+    "impulse_solid_x_N_s,impulse_solid_y_N_s,impulse_solid_z_N_s,energy_error_J\n";
+
+/// Sums of the rows that an earlier run has written.
+Balance sums_of(const std::string& rows) {
+  Balance sums;
+  std::istringstream lines(rows);
+  for (std::string line; std::getline(lines, line);) {
+    std::vector<double> values;
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) values.push_back(std::strtod(cell.c_str(), nullptr));
+    if (values.size() < 11) continue;
+    sums.add(values[2], values[3], {values[4], values[5], values[6]}, {values[7], values[8], values[9]});
+  }
+  return sums;
+}
+
+}  // namespace
+
+InterfaceLog::InterfaceLog(const std::filesystem::path& directory, std::string name, std::uint64_t last_window)
+    : name_(std::move(name)), file_(directory / fmt::format("coupling_{}.csv", name_)) {
+  const std::string kept = last_window > 0 ? rows_up_to(file_, last_window) : std::string();
+  balance_ = sums_of(kept);
+  out_.open(file_, std::ios::trunc);
+  if (!out_) throw LinkError(fmt::format("{}: cannot be created", file_.string()));
+  out_ << interface_columns << kept;
+}
+
+void InterfaceLog::add(const TimeWindow& window, std::span<const double> flow, const link::Header& solid) {
+  const std::array<double, 3> impulse = flow.empty() ? solid.impulse : std::array{flow[1], flow[2], flow[3]};
+  const double work = flow.empty() ? solid.work : flow[0];
+  balance_.add(work, solid.work, impulse, solid.impulse);
+  const auto given = flow.empty() ? std::string(",,") : fmt::format("{},{},{}", impulse[0], impulse[1], impulse[2]);
+  out_ << fmt::format("{},{},{},{},{},{},{},{},{}\n", window.t_end, window.number,
+                      flow.empty() ? std::string() : fmt::format("{}", work), solid.work,
+                      given, solid.impulse[0], solid.impulse[1], solid.impulse[2],
+                      balance_.energy_error());
+}
+
+void InterfaceLog::flush() { out_.flush(); }
+
+void InterfaceLog::close() {
+  if (!out_.is_open()) return;
+  out_.close();
+  if (!out_) throw LinkError(fmt::format("{}: could not be written to the end; is the disk full?", file_.string()));
+}
+
 double WallTime::median_overhead() const {
   if (overheads.empty()) return 0.0;
   auto sorted = overheads;
@@ -77,24 +128,28 @@ double WallTime::median_overhead() const {
 
 namespace {
 
-nlohmann::json quantity(const char* name, double value, const char* unit) {
+nlohmann::json quantity(const std::string& name, double value, const char* unit) {
   return {{"name", name}, {"value", value}, {"unit", unit}};
+}
+
+void add_balance(nlohmann::json& quantities, const std::string& prefix, const Balance& b) {
+  quantities.push_back(quantity(prefix + "interface_work_flow", b.work_flow, "J"));
+  quantities.push_back(quantity(prefix + "interface_work_solid", b.work_solid, "J"));
+  quantities.push_back(quantity(prefix + "interface_energy_error", b.energy_error(), "J"));
+  quantities.push_back(quantity(prefix + "interface_energy_error_relative", b.relative_energy_error(), "1"));
+  const char* axes[3] = {"x", "y", "z"};
+  for (std::size_t k = 0; k < 3; ++k) {
+    quantities.push_back(quantity(fmt::format("{}interface_impulse_flow_{}", prefix, axes[k]), b.impulse_flow[k], "N s"));
+    quantities.push_back(quantity(fmt::format("{}interface_impulse_solid_{}", prefix, axes[k]), b.impulse_solid[k], "N s"));
+  }
 }
 
 }  // namespace
 
 void write_summary(const std::filesystem::path& file, const CouplingSummary& s) {
-  const Balance& b = s.balance;
   nlohmann::json quantities = nlohmann::json::array();
-  quantities.push_back(quantity("interface_work_flow", b.work_flow, "J"));
-  quantities.push_back(quantity("interface_work_solid", b.work_solid, "J"));
-  quantities.push_back(quantity("interface_energy_error", b.energy_error(), "J"));
-  quantities.push_back(quantity("interface_energy_error_relative", b.relative_energy_error(), "1"));
-  const char* axes[3] = {"x", "y", "z"};
-  for (std::size_t k = 0; k < 3; ++k) {
-    quantities.push_back(quantity(fmt::format("interface_impulse_flow_{}", axes[k]).c_str(), b.impulse_flow[k], "N s"));
-    quantities.push_back(quantity(fmt::format("interface_impulse_solid_{}", axes[k]).c_str(), b.impulse_solid[k], "N s"));
-  }
+  add_balance(quantities, "", s.balance);
+  for (const auto& [name, balance] : s.interfaces) add_balance(quantities, name + "_", balance);
   quantities.push_back(quantity("coupling_theta_max", s.theta_max, "1"));
   const nlohmann::json summary{
       {"time_s", s.time},

@@ -4,9 +4,14 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "coupler/balance.hpp"
+#include "coupler/link/message.hpp"
 #include "coupler/time_window.hpp"
 
 namespace ocublast::coupler {
@@ -53,12 +58,32 @@ struct WallTime {
   [[nodiscard]] double median_overhead() const;
 };
 
+/// DIR/coupling_NAME.csv: the balance of one of several interfaces.
+class InterfaceLog {
+ public:
+  InterfaceLog(const std::filesystem::path& directory, std::string name, std::uint64_t last_window);
+  /// `flow`: work J and impulse N s (4 values), empty where the flow does not say.
+  void add(const TimeWindow& window, std::span<const double> flow, const link::Header& solid);
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const Balance& balance() const { return balance_; }
+  void flush();
+  /// Throws LinkError when rows could not be written.
+  void close();
+
+ private:
+  std::string name_;
+  std::filesystem::path file_;
+  std::ofstream out_;
+  Balance balance_;
+};
+
 /// What coupling_summary.json says.
 struct CouplingSummary {
   double time = 0.0;
   std::uint64_t windows = 0;
   double theta_max = 0.0;
   Balance balance;
+  std::vector<std::pair<std::string, Balance>> interfaces;  ///< of several, by name
   WallTime wall;
 };
 /// Writes DIR/coupling_summary.json, at once or not at all.

@@ -2,7 +2,7 @@
 
 The same rules as coupler/base/case_reader.cpp: an override of case.resolution counts first, then the
 preset [resolution.NAME] of "dotted.key" = value lines is applied, then the other overrides. A number
-in a dotted key is an index of a list ("mesh.0.preset").
+in a dotted key is an index of a list ("mesh.0.preset"), a word the entry of that name ("solid.left.mesh").
 """
 
 from __future__ import annotations
@@ -37,14 +37,16 @@ def apply_override(root: dict, key: str, value) -> None:
                 return
             at = at.setdefault(part, {})
         elif isinstance(at, list):
-            if not part.isdigit() or int(part) >= len(at):
+            names = [entry.get("name") if isinstance(entry, dict) else None for entry in at]
+            index = int(part) if part.isdigit() else names.index(part) if part in names else len(at)
+            if index >= len(at):
                 raise CaseError(
-                    f"--set {key}: '{part}' is no index of a list of {len(at)} entries"
+                    f"--set {key}: '{part}' is no index or name in a list of {len(at)} entries"
                 )
             if last:
-                at[int(part)] = value
+                at[index] = value
                 return
-            at = at[int(part)]
+            at = at[index]
         else:
             raise CaseError(f"--set {key}: '{part}' is a value, not a table")
 

@@ -31,9 +31,11 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--out", type=Path, help="results (default results/CASE/UTC-TIME)")
     parser.add_argument("--resume", type=Path, metavar="DIR", help="goes on with a stopped run")
     for side in ("flow", "solid"):
-        parser.add_argument(f"--ranks-{side}", type=int, default=1, metavar="N")
+        parser.add_argument(f"--ranks-{side}", type=int, default=1, metavar="N",
+                            help=f"processes of the {side} solver, under mpirun")
         parser.add_argument(f"--threads-{side}", type=int, metavar="N")
-        parser.add_argument(f"--{side}", metavar="CMD", help=f"another {side} solver")
+        parser.add_argument(f"--{side}", metavar="CMD", action="append", default=[],
+                            help=f"another {side} solver" + ("; of several solids NAME=CMD" if side == "solid" else ""))
     parser.add_argument("--quiet", action="store_true", help="no progress line")
     parser.add_argument("--no-report", action="store_true", help="no report.html")
     chosen = parser.parse_args(arguments)
@@ -42,11 +44,13 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     return chosen
 
 
-def refuse_ranks(chosen: argparse.Namespace) -> None:
+def check_ranks(chosen: argparse.Namespace) -> None:
     for side in ("flow", "solid"):
-        if getattr(chosen, f"ranks_{side}") != 1:
-            raise CaseError(f"--ranks-{side}: this version of {side}_solver runs as one process; "
-                            f"leave it at 1 and use --threads-{side} N")
+        ranks = getattr(chosen, f"ranks_{side}")
+        if ranks < 1:
+            raise CaseError(f"--ranks-{side}: is {ranks}, accepted 1 or more")
+        if ranks > 1 and shutil.which("mpirun") is None:
+            raise CaseError(f"--ranks-{side} {ranks}: needs mpirun (Debian: openmpi-bin)")
 
 
 def results_folder(chosen: argparse.Namespace, name: str) -> Path:
@@ -98,6 +102,7 @@ def make_launch(chosen: argparse.Namespace, case_file: Path, overrides: list[str
         case_file=case_file, overrides=overrides, mesh_folder=mesh_folder, out=out,
         resume=chosen.resume is not None, quiet=chosen.quiet,
         threads={s: getattr(chosen, f"threads_{s}") for s in sides if getattr(chosen, f"threads_{s}")},
+        ranks={s: getattr(chosen, f"ranks_{s}") for s in sides if getattr(chosen, f"ranks_{s}") > 1},
         commands={s: getattr(chosen, s) for s in sides if getattr(chosen, s)},
     )
 
@@ -158,7 +163,7 @@ def run(arguments: list[str]) -> int:
     if chosen.list:
         print(library.list_text())
         return programs.DONE
-    refuse_ranks(chosen)
+    check_ranks(chosen)
     if chosen.resume:
         case_file, overrides = resumed_case(chosen)
     else:
@@ -172,7 +177,8 @@ def run(arguments: list[str]) -> int:
     launch, parts, mesh_seconds = prepare(chosen, case, case_file, overrides, out)
     if not chosen.resume:
         summary.write_json(out / "run.json", {"case_file": str(case_file), "overrides": overrides})
-        effective = programs.effective_case(launch, parts, case["case"].get("resolution"))
+        effective = programs.effective_case(launch, parts, case["case"].get("resolution"),
+                                            programs.solid_names(case))
         text = effective + "\n" + effective_entries(case, case_file) + report_table(case)
         (out / "case.toml").write_text(text)
     print(f"{case['case']['title']}\nresults go to {out}", flush=True)

@@ -45,7 +45,8 @@ class Launch:
     resume: bool = False
     quiet: bool = False
     threads: dict[str, int] = field(default_factory=dict)   # "flow", "solid"
-    commands: dict[str, str] = field(default_factory=dict)  # replacing "flow", "solid"
+    ranks: dict[str, int] = field(default_factory=dict)     # more than one
+    commands: dict[str, list[str]] = field(default_factory=dict)  # replacing "flow", "solid"
 
     def case_arguments(self) -> list[str]:
         arguments = [str(self.case_file)]
@@ -56,8 +57,11 @@ class Launch:
     def side_options(self) -> list[str]:
         """What the coupler is told about the solvers that it starts."""
         options = []
-        for side, command in self.commands.items():
-            options += [f"--{side}", command]
+        for side, commands in self.commands.items():
+            for command in commands:
+                options += [f"--{side}", command]
+        for side, count in self.ranks.items():
+            options += [f"--ranks-{side}", str(count)]
         for side, count in self.threads.items():
             options += [f"--threads-{side}", str(count)]
         return options
@@ -65,7 +69,7 @@ class Launch:
     def program_command(self, part: str) -> list[str]:
         """A single solver, or a replacement of it, with its threads."""
         if part in self.commands:
-            command = shlex.split(self.commands[part])
+            command = shlex.split(self.commands[part][-1])
         else:
             command = [program(PROGRAMS[part])]
         command += self.case_arguments()
@@ -82,7 +86,21 @@ class Launch:
             rest.append("--quiet")
         if "coupling" in parts:
             return [program("coupler"), *self.case_arguments(), *self.side_options(), *rest]
-        return [*self.program_command(parts[0]), *rest]
+        mpirun = ["mpirun", "-n", str(self.ranks[parts[0]]), "--bind-to", "none"] if parts[0] in self.ranks else []
+        return [*mpirun, *self.program_command(parts[0]), *rest]
+
+    def environment(self) -> dict[str, str]:
+        """For mpirun: Open MPI refuses root and more ranks than cores unless told; ranks that wait
+        give their core away. The coupler tells its own children."""
+        told = ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "OMPI_MCA_rmaps_base_oversubscribe",
+                "OMPI_MCA_mpi_yield_when_idle")
+        return {**{name: "1" for name in told if self.ranks}, **os.environ}
+
+
+def solid_names(case: dict) -> list[str]:
+    """Names of several solids; none for a single one."""
+    tables = case.get("solid")
+    return [str(table.get("name", "")) for table in tables] if isinstance(tables, list) else []
 
 
 def parts_of(case: dict, case_file: Path) -> list[str]:
@@ -125,7 +143,7 @@ def run(launch: Launch, parts: list[str]) -> tuple[int, bool]:
     Ctrl-C and a request to end are passed on, and the run ends by itself, with a checkpoint."""
     # Its own process group: a Ctrl-C reaches the solvers only by the coupler, which ends them in order.
     child = subprocess.Popen(launch.main_command(parts), process_group=0,
-                             preexec_fn=_end_with_parent)
+                             preexec_fn=_end_with_parent, env=launch.environment())
     asked = []
 
     def pass_on(number, _) -> None:
@@ -142,15 +160,25 @@ def run(launch: Launch, parts: list[str]) -> tuple[int, bool]:
     return code, bool(asked)
 
 
-def effective_case(launch: Launch, parts: list[str], resolution: str | None) -> str:
+def effective_tables(launch: Launch, part: str, options: list[str]) -> dict[str, str]:
+    done = subprocess.run([program(PROGRAMS[part]), *launch.case_arguments(), *options, "--effective"],
+                          capture_output=True, text=True)
+    if done.returncode != DONE:
+        raise RuntimeError(f"{PROGRAMS[part]} --effective failed:\n{done.stderr.strip()}")
+    return split_tables(done.stdout)
+
+
+def effective_case(launch: Launch, parts: list[str], resolution: str | None, solids: list[str]) -> str:
     """The case with every default: each program prints the tables it reads."""
     tables: dict[str, str] = {}
     for part in parts:
-        done = subprocess.run([program(PROGRAMS[part]), *launch.case_arguments(), "--effective"],
-                              capture_output=True, text=True)
-        if done.returncode != DONE:
-            raise RuntimeError(f"{PROGRAMS[part]} --effective failed:\n{done.stderr.strip()}")
-        for name, text in split_tables(done.stdout).items():
+        if part == "solid" and solids:
+            # [solid.x] after [[solid]] belongs to the last entry of the list.
+            tables["solid"] = "\n".join(
+                effective_tables(launch, part, ["--name", name])["solid"].replace(
+                    "[solid]", f'[[solid]]\nname = "{name}"', 1) for name in solids)
+            continue
+        for name, text in effective_tables(launch, part, []).items():
             tables.setdefault(name, text)
     # The preset has been applied: its name would only ask for tables that are not here any more.
     if "case" in tables:

@@ -10,6 +10,7 @@ import platform
 from pathlib import Path
 
 from launching.case_file import CaseError
+from launching.programs import solid_names
 
 PARTS = ("flow_summary.json", "solid_summary.json", "coupling_summary.json")
 
@@ -36,17 +37,19 @@ def read_targets(case_folder: Path) -> dict[str, dict]:
     return targets
 
 
-def read_parts(out: Path) -> tuple[list[dict], dict]:
-    """Quantities and performance of all programs; a program that did not run has no file."""
+def read_parts(out: Path, solids: list[str] = ()) -> tuple[list[dict], dict]:
+    """Quantities and performance of all programs; a program that did not run has no file. What each
+    of several solids says bears its name."""
     quantities: list[dict] = []
     performance: dict = {}
-    for name in PARTS:
-        file = out / name
+    files = [(out / name, "") for name in PARTS]
+    files[1:1] = [(out / name / "solid_summary.json", name + "_") for name in solids]
+    for file, prefix in files:
         if not file.is_file():
             continue
         part = json.loads(file.read_text())
-        quantities += part.get("quantities", [])
-        performance.update(part.get("performance", {}))
+        quantities += [{**q, "name": prefix + q["name"]} for q in part.get("quantities", [])]
+        performance.update({prefix + k: v for k, v in part.get("performance", {}).items()})
     return quantities, performance
 
 
@@ -74,7 +77,7 @@ def compare(quantity: dict, target: dict | None) -> dict:
 
 def make_summary(case: dict, case_file: Path, out: Path, about: dict, wall: dict) -> dict:
     """The whole summary. `about`: version, command, times; `wall`: wall times measured outside, s."""
-    quantities, performance = read_parts(out)
+    quantities, performance = read_parts(out, solid_names(case))
     targets = read_targets(case_file.parent)
     rows = [compare(quantity, targets.get(quantity["name"])) for quantity in quantities]
     reported = {row["name"] for row in rows}

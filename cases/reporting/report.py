@@ -18,6 +18,7 @@ from launching.report_keys import read_report_keys  # noqa: E402
 from launching.summary import number  # noqa: E402
 from reporting.curves import curve_figures, split_figure  # noqa: E402
 from reporting.flow_pictures import flow_pictures  # noqa: E402
+from launching.programs import solid_names  # noqa: E402
 from reporting.solid_pictures import solid_pictures  # noqa: E402
 
 STYLE = """body{font:15px/1.5 sans-serif;max-width:1200px;margin:2em auto;padding:0 1em;color:#222}
@@ -74,10 +75,13 @@ def write_report(out: Path, summary: dict) -> None:
         "<h2>Set-up</h2>", _pairs(set_up),
         "<h2>Results</h2>", _quantities(summary),
     ]
-    pictures = [*flow_pictures(out, axis, position), *solid_pictures(out, axis, position)]
+    folders = [out, *(out / name for name in solid_names(tomllib.loads(text)))]
+    pictures = list(flow_pictures(out, axis, position))
+    for folder in folders:
+        pictures += solid_pictures(folder, axis, position)
     if pictures:
         parts += ["<h2>Pictures</h2>", *(_picture(*picture) for picture in pictures)]
-    curves = curve_figures(out)
+    curves = [curve for folder in folders for curve in curve_figures(folder)]
     if curves:
         parts += ["<h2>Histories</h2>", *(_picture(*picture) for picture in curves)]
     parts.append("<h2>Run time</h2>")

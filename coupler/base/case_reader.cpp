@@ -1,6 +1,7 @@
 #include "coupler/base/case_reader.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <sstream>
 
 #include "coupler/base/case_state.hpp"
@@ -12,7 +13,17 @@ using namespace case_text;
 
 namespace {
 
-/// Sets `root` at a dotted key (array entries by index) to a TOML value or, failing that, a string.
+/// Entry of a list: by its number, or the table of this name; the list's size where there is none.
+std::size_t index_in(const toml::array& array, const std::string& part) {
+  char* end = nullptr;
+  const auto index = std::strtoul(part.c_str(), &end, 10);
+  if (!part.empty() && *end == '\0') return std::min<std::size_t>(index, array.size());
+  for (std::size_t i = 0; i < array.size(); ++i)
+    if (const auto* table = array.get(i)->as_table(); table && (*table)["name"].value<std::string>() == part) return i;
+  return array.size();
+}
+
+/// Sets `root` at a dotted key (array entries by index or name) to a TOML value or, failing that, a string.
 void apply_override(toml::table& root, const std::string& key, toml::node& value) {
   toml::node* at = &root;
   std::size_t begin = 0;
@@ -28,10 +39,9 @@ void apply_override(toml::table& root, const std::string& key, toml::node& value
       at = table->contains(part) ? table->get(part)
                                  : &table->insert(part, toml::table{}).first->second;
     } else if (auto* array = at->as_array()) {
-      char* end = nullptr;
-      const auto index = std::strtoul(part.c_str(), &end, 10);
-      if (*end != '\0' || index >= array->size())
-        throw CaseError(fmt::format("--set {}: '{}' is no index of a list of {} entries", key, part,
+      const auto index = index_in(*array, part);
+      if (index >= array->size())
+        throw CaseError(fmt::format("--set {}: '{}' is no index or name in a list of {} entries", key, part,
                                     array->size()));
       if (last) {
         value.visit([&](auto& v) { array->replace(array->cbegin() + static_cast<long>(index), v); });
@@ -111,7 +121,42 @@ CaseReader::CaseReader(const Source& source) : state_(std::make_unique<State>())
     apply_override(state_->root, key, *value.get("value"));
     state_->source_of_override[key] = "--set";
   }
+  std::ostringstream out;
+  out << toml::toml_formatter{state_->root, toml::format_flags::none};
+  state_->hash = fnv1a(out.str());
+  state_->choose_solid(source.solid);
 }
+
+void CaseReader::State::choose_solid(const std::string& wanted) {
+  auto* array = root.contains("solid") ? root.get("solid")->as_array() : nullptr;
+  if (array == nullptr) {
+    if (root.contains("solid")) solids.emplace_back();
+    if (!wanted.empty()) throw CaseError(fmt::format("--name {}: the case has no list of tables [[solid]]", wanted));
+    return;
+  }
+  toml::table* chosen = nullptr;
+  for (auto& entry : *array) {
+    auto* table = entry.as_table();
+    const std::string name = table ? (*table)["name"].value_or(std::string()) : std::string();
+    const bool plain = !name.empty() && name != "flow" && name != "coupler" && name != "log" && name != "checkpoint" &&
+                       std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
+    if (!plain)
+      faults.push_back(place("solid", &entry) + ": each of several solids needs a name of letters, digits, _ and -");
+    else if (std::find(solids.begin(), solids.end(), name) != solids.end())
+      faults.push_back(fmt::format("{}: two solids are called '{}'", place("solid", &entry), name));
+    else
+      solids.push_back(name);
+    if (table != nullptr && name == wanted) chosen = table;
+  }
+  if (wanted.empty()) return;
+  if (chosen == nullptr)
+    throw CaseError(fmt::format("--name {}: no solid is called so; there are {}", wanted, fmt::join(solids, ", ")));
+  toml::table copy = *chosen;
+  copy.erase("name");
+  root.insert_or_assign("solid", std::move(copy));
+}
+
+const std::vector<std::string>& CaseReader::solids() const { return state_->solids; }
 
 CaseReader CaseReader::make_listing() {
   auto state = std::make_unique<State>();
@@ -126,7 +171,9 @@ Section CaseReader::section(std::string_view name, std::string_view help) {
   if (const auto* node = state_->root.get(key)) {
     nodes->table = node->as_table();
     if (nodes->table == nullptr)
-      state_->faults.push_back(state_->place(key, node) + ": expected a table");
+      state_->faults.push_back(state_->place(key, node) +
+                               (key == "solid" && node->is_array() ? ": several solids: --name says which one"
+                                                                   : ": expected a table"));
   }
   if (state_->listing && !help.empty()) state_->keys.push_back(fmt::format("[{}]  {}", name, help));
   if (nodes->table != nullptr || state_->listing)
@@ -171,10 +218,6 @@ std::string CaseReader::key_list() const {
   return text;
 }
 
-std::uint64_t CaseReader::hash() const {
-  std::ostringstream out;
-  out << toml::toml_formatter{state_->root, toml::format_flags::none};
-  return fnv1a(out.str());
-}
+std::uint64_t CaseReader::hash() const { return state_->hash; }
 
 }  // namespace ocublast

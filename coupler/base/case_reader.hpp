@@ -109,6 +109,7 @@ class CaseReader {
     std::filesystem::path case_file;
     std::vector<std::string> overrides;  ///< "dotted.key=value", value in TOML or a bare word
     std::filesystem::path mesh_directory;
+    std::string solid;  ///< which of several [[solid]] tables this program reads as [solid]
   };
   /// Throws CaseError when the file cannot be read or parsed.
   explicit CaseReader(const Source& source);
@@ -121,6 +122,9 @@ class CaseReader {
   /// A top-level table that the caller owns: unread keys in it are faults.
   [[nodiscard]] Section section(std::string_view name, std::string_view help = {});
   [[nodiscard]] bool has(std::string_view section) const;
+  /// Names of the solids: of the [[solid]] tables, or one empty name for a single [solid]; none where
+  /// there is neither.
+  [[nodiscard]] const std::vector<std::string>& solids() const;
   /// Top-level tables that some program reads; any other name is a fault.
   void expect_sections(std::span<const std::string_view> names);
   void expect_sections(std::initializer_list<std::string_view> names) {

@@ -44,6 +44,8 @@ struct CaseReader::State {
   toml::table effective;
   std::vector<std::string> faults;
   std::vector<std::string> keys;
+  std::vector<std::string> solids;                        ///< names; one empty name: a single [solid]
+  std::uint64_t hash = 0;                                 ///< of the whole case
   std::set<std::string> owned;                            ///< top-level tables read here
   std::map<std::string, std::set<std::string>> known;     ///< table path -> names declared
   std::map<std::string, std::string> source_of_override;  ///< dotted key -> where it was set
@@ -55,6 +57,9 @@ struct CaseReader::State {
     if (line == 0U) return fmt::format("{}: {}", case_file.string(), path);
     return fmt::format("{}:{}: {}", case_file.string(), static_cast<unsigned>(line), path);
   }
+
+  /// Notes the solids' names; where one is wanted its table becomes [solid].
+  void choose_solid(const std::string& wanted);
 
   void add_unknown_keys(const toml::table& table, const std::string& path) {
     const auto& names = known[path];

@@ -19,6 +19,7 @@ std::optional<CommandLine> parse_command_line(int argc, char** argv, const std::
   app.add_option("--set", line.source.overrides, "dotted.key=value, may be repeated")
       ->expected(1)->take_all();
   app.add_option("--mesh-dir", line.source.mesh_directory, "where the case's meshes lie");
+  app.add_option("--name", line.source.solid, "which of several [[solid]] tables this is");
   app.add_option("--out", line.out, "where results go");
   app.add_option("--resume", line.resume, "run directory whose last checkpoint is continued");
   app.add_option("--threads", line.threads, "threads, 0: all")->check(CLI::Range(0, 1024));

@@ -85,6 +85,10 @@ int ocu_mesh(ocu_participant* p, size_t* n_vertices, const double** vertices, si
   });
 }
 
+int ocu_take_forces(ocu_participant* p) {
+  return attempt(p, [&] { p->participant.take_forces(); });
+}
+
 int ocu_ready(ocu_participant* p, double stable_step, uint64_t window, double time, const double* velocity) {
   return attempt(p, [&] {
     p->participant.ready(stable_step, window, time,
@@ -106,7 +110,8 @@ const ocu_order* ocu_next(ocu_participant* p) {
                 .position = order.position.empty() ? nullptr : order.position.data(),
                 .velocity = order.velocity.empty() ? nullptr : order.velocity.data(),
                 .overpressure = order.overpressure.empty() ? nullptr : order.overpressure.data(),
-                .checkpoint = p->checkpoint.c_str()};
+                .checkpoint = p->checkpoint.c_str(),
+                .force = order.force.empty() ? nullptr : order.force.data()};
   });
   return done != 0 ? &p->order : nullptr;
 }
@@ -118,6 +123,7 @@ int ocu_send(ocu_participant* p, const ocu_report* r) {
                          .acceleration = values(r->acceleration, n),
                          .overpressure = values(r->overpressure, p->n_vertices), .stable_step = r->stable_step,
                          .steps_taken = r->steps_taken, .work = r->work,
+                         .interfaces = {},
                          .impulse = {r->impulse[0], r->impulse[1], r->impulse[2]}, .impedance = r->impedance,
                          .mass_per_area = r->mass_per_area, .compute_seconds = r->compute_seconds, .status = {}});
   });

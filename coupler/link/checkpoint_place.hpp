@@ -7,7 +7,8 @@
 namespace ocublast::link {
 
 /// One complete checkpoint of a coupled run: RUN/checkpoint/WINDOW (eight digits) with the files
-/// flow.*, solid.* and coupler.*. All sides write into a directory whose name ends in ".part"; the
+/// flow.*, solid.* and coupler.*; of several solids each has a directory of its name in it, which it
+/// finds by the variable OCUBLAST_NAME. All sides write into a directory whose name ends in ".part"; the
 /// coupler renames it when everybody has finished, so a directory without that ending is complete.
 struct CheckpointPlace {
   std::filesystem::path directory;

@@ -33,6 +33,7 @@ Connection connection_from_environment(Role role, std::string program, std::uint
   connection.role = role;
   connection.program = std::move(program);
   connection.case_hash = case_hash;
+  if (role == Role::solid) connection.name = environment("OCUBLAST_NAME");
   connection.endpoint = environment("OCUBLAST_ENDPOINT");
   connection.token = environment("OCUBLAST_TOKEN");
   connection.keys = environment("OCUBLAST_KEYS");

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <zmq.hpp>
 
 #include "coupler/base/errors.hpp"
@@ -27,8 +28,8 @@ CurvePair make_pair_of_keys() {
   return {public_key.data(), secret_key.data()};
 }
 
-std::filesystem::path key_file(const std::filesystem::path& directory, Role role) {
-  return directory / fmt::format("{}.key", to_word(role));
+std::filesystem::path key_file(const std::filesystem::path& directory, const std::string& name) {
+  return directory / (name + ".key");
 }
 
 /// Writes aside with mode 0600 from the first byte on, then renames.
@@ -46,14 +47,15 @@ void write_private(const std::filesystem::path& file, const std::string& text) {
 
 }  // namespace
 
-CouplerKeys make_keys(const std::filesystem::path& directory, const std::string& token) {
+CouplerKeys make_keys(const std::filesystem::path& directory, const std::string& token,
+                      const std::vector<std::string>& files) {
   std::filesystem::create_directories(directory);
   CouplerKeys keys;
   keys.own = make_pair_of_keys();
-  for (const Role role : {Role::flow, Role::solid}) {
+  for (const std::string& name : files) {
     const CurvePair pair = make_pair_of_keys();
-    (role == Role::flow ? keys.flow_public : keys.solid_public) = pair.public_key;
-    write_private(key_file(directory, role),
+    keys.admitted.push_back(pair.public_key);
+    write_private(key_file(directory, name),
                   fmt::format("{}\n{}\n{}\n{}\n", keys.own.public_key, pair.public_key,
                               pair.secret_key, token));
   }
@@ -72,13 +74,14 @@ void require_private(const std::filesystem::path& file, const struct stat& statu
 
 }  // namespace
 
-void write_key_set(const std::filesystem::path& directory, const std::string& token) {
+void write_key_set(const std::filesystem::path& directory, const std::string& token,
+                   const std::vector<std::string>& files) {
   const auto file = own_key_file(directory);
   if (std::filesystem::exists(file))
     throw LinkError(fmt::format("{}: is there already; remove it if its runs are over", file.string()));
-  const CouplerKeys keys = make_keys(directory, token);
-  write_private(file, fmt::format("{}\n{}\n{}\n{}\n{}\n", keys.own.public_key, keys.own.secret_key,
-                                  keys.flow_public, keys.solid_public, token));
+  const CouplerKeys keys = make_keys(directory, token, files);
+  write_private(file, fmt::format("{}\n{}\n{}\n{}\n", keys.own.public_key, keys.own.secret_key, token,
+                                  fmt::join(keys.admitted, "\n")));
 }
 
 std::optional<KeySet> read_key_set(const std::filesystem::path& directory) {
@@ -88,16 +91,18 @@ std::optional<KeySet> read_key_set(const std::filesystem::path& directory) {
   require_private(file, status);
   std::ifstream in(file);
   KeySet set;
-  in >> set.keys.own.public_key >> set.keys.own.secret_key >> set.keys.flow_public >> set.keys.solid_public >> set.token;
+  in >> set.keys.own.public_key >> set.keys.own.secret_key >> set.token;
   bool whole = static_cast<bool>(in);
-  for (const auto* key : {&set.keys.own.public_key, &set.keys.own.secret_key, &set.keys.flow_public, &set.keys.solid_public})
-    whole = whole && key->size() == key_characters;
+  for (std::string key; in >> key;) set.keys.admitted.push_back(key);
+  whole = whole && set.keys.admitted.size() >= 2 && set.keys.own.public_key.size() == key_characters &&
+          set.keys.own.secret_key.size() == key_characters;
+  for (const auto& key : set.keys.admitted) whole = whole && key.size() == key_characters;
   if (!whole) throw LinkError(fmt::format("{}: not a key file; make one with coupler keygen", file.string()));
   return set;
 }
 
-ParticipantKeys read_keys(const std::filesystem::path& directory, Role role) {
-  const auto file = key_file(directory, role);
+ParticipantKeys read_keys(const std::filesystem::path& directory, const std::string& name) {
+  const auto file = key_file(directory, name);
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0)
     throw LinkError(fmt::format("{}: no such key file; the coupler writes it when it starts with a "

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "coupler/link/participant.hpp"
 
@@ -24,18 +25,19 @@ struct ParticipantKeys {
 /// What the coupler needs: its own pair and the only two keys it admits.
 struct CouplerKeys {
   CurvePair own;
-  std::string flow_public;
-  std::string solid_public;
+  std::vector<std::string> admitted;  ///< public keys, the flow's first
 };
 
-/// Makes the keys of one run and writes DIRECTORY/flow.key and DIRECTORY/solid.key, readable by the
-/// owner alone; the coupler's own secret is not written. Old files are replaced, each at once.
-[[nodiscard]] CouplerKeys make_keys(const std::filesystem::path& directory,
-                                    const std::string& token);
+/// Makes the keys of one run and writes DIRECTORY/FILE.key for every participant (flow and solid; with
+/// several solids flow and their names), readable by the owner alone; the coupler's own secret is not
+/// written. Old files are replaced, each at once.
+[[nodiscard]] CouplerKeys make_keys(const std::filesystem::path& directory, const std::string& token,
+                                    const std::vector<std::string>& files);
 
-/// Makes keys for many runs: also DIRECTORY/coupler.key with the coupler's secret, the two keys it
-/// admits, and the token. Throws LinkError where there is a coupler.key already.
-void write_key_set(const std::filesystem::path& directory, const std::string& token);
+/// Makes keys for many runs: also DIRECTORY/coupler.key with the coupler's secret, the token, and the
+/// keys it admits. Throws LinkError where there is a coupler.key already.
+void write_key_set(const std::filesystem::path& directory, const std::string& token,
+                   const std::vector<std::string>& files);
 
 struct KeySet {
   CouplerKeys keys;
@@ -46,7 +48,8 @@ struct KeySet {
 [[nodiscard]] std::optional<KeySet> read_key_set(const std::filesystem::path& directory);
 
 /// Reads a participant's key file. Throws LinkError when it is missing, malformed, or open to others.
-[[nodiscard]] ParticipantKeys read_keys(const std::filesystem::path& directory, Role role);
+/// `file`: without its ending, as in make_keys.
+[[nodiscard]] ParticipantKeys read_keys(const std::filesystem::path& directory, const std::string& file);
 
 /// 128 random bits from the kernel as 32 hexadecimal digits.
 [[nodiscard]] std::string make_token();

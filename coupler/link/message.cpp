@@ -86,6 +86,7 @@ void put_hello(const Header& header, proto::Header& out) {
   out.set_protocol_major(header.major);
   out.set_protocol_minor(header.minor);
   out.set_role(header.role == Role::flow ? proto::ROLE_FLOW : proto::ROLE_SOLID);
+  if (!header.name.empty()) out.set_name(cut(header.name, max_text_bytes));
   out.set_program(cut(header.program, max_text_bytes));
   out.set_token(cut(header.token, max_text_bytes));
   out.set_case_hash(header.case_hash);
@@ -119,6 +120,9 @@ class Reader {
     OCU_TAKE(out.payload_checksum, payload_checksum);
     if (out.fields != 0) OCU_TAKE(out.n_vertices, n_vertices);
     if ((out.fields & field::mesh) != 0) OCU_TAKE(out.n_triangles, n_triangles);
+    if (in_.has_n_interfaces()) out.n_interfaces = in_.n_interfaces();
+    if (out.n_interfaces == 0 || out.n_interfaces > max_interfaces)
+      refuse(fmt::format("{} of {} interfaces, 1 to {} are accepted", to_word(kind_), out.n_interfaces, max_interfaces));
     if (in_.memory_pid() == 0) return;
     out.memory.pid = in_.memory_pid();
     OCU_TAKE(out.memory.fd, memory_fd);
@@ -132,6 +136,7 @@ class Reader {
     OCU_TAKE(out.token, token);
     OCU_TAKE(out.case_hash, case_hash);
     out.role = role();
+    out.name = cut(in_.name(), max_text_bytes);
     double mark = 0.0;
     OCU_TAKE(mark, byte_order_mark);
     if (mark != byte_order_mark)
@@ -222,7 +227,7 @@ std::uint32_t fields_allowed(Kind kind) {
     case Kind::mesh: return mesh;
     case Kind::ready: return position | velocity | acceleration;
     case Kind::step: return position | velocity | overpressure | force;
-    case Kind::result: return position | velocity | acceleration | overpressure;
+    case Kind::result: return position | velocity | acceleration | overpressure | balance;
     default: return 0;
   }
 }
@@ -240,6 +245,7 @@ std::string encode(const Header& header) {
   out.set_payload_checksum(header.payload_checksum);
   if (header.fields != 0) out.set_n_vertices(header.n_vertices);
   if ((header.fields & field::mesh) != 0) out.set_n_triangles(header.n_triangles);
+  if (header.n_interfaces != 1) out.set_n_interfaces(header.n_interfaces);
   put_memory(header, out);
   switch (header.kind) {
     case Kind::hello: put_hello(header, out); break;
@@ -302,6 +308,7 @@ std::uint64_t payload_bytes_expected(const Header& header) {
   for (const auto vector : {field::position, field::velocity, field::acceleration, field::force})
     if ((header.fields & vector) != 0) bytes += 3 * sizeof(double) * n;
   if ((header.fields & field::overpressure) != 0) bytes += sizeof(double) * n;
+  if ((header.fields & field::balance) != 0) bytes += 4 * sizeof(double) * header.n_interfaces;
   if ((header.fields & field::mesh) != 0)
     bytes += 3 * sizeof(double) * n + 3 * sizeof(std::int32_t) * header.n_triangles;
   return bytes;

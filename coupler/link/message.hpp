@@ -21,6 +21,8 @@ inline constexpr std::size_t max_status_bytes = 200;
 inline constexpr std::size_t max_text_bytes = 4096;
 /// Largest interface mesh accepted: 2e7 vertices are 1 GB of motion, far beyond any eye.
 inline constexpr std::uint64_t max_interface_vertices = 20'000'000;
+/// More solids than any case has.
+inline constexpr std::uint32_t max_interfaces = 64;
 
 enum class Kind {
   hello = 1, welcome, mesh, ready, step, result, checkpoint, done, finish, bye, abort, wait
@@ -34,6 +36,7 @@ inline constexpr std::uint32_t acceleration = 4;  ///< [n, 3] m/s^2
 inline constexpr std::uint32_t overpressure = 8;  ///< [n] Pa
 inline constexpr std::uint32_t mesh = 16;         ///< [n, 3] m, then [n_triangles, 3] int32
 inline constexpr std::uint32_t force = 32;        ///< [n, 3] N
+inline constexpr std::uint32_t balance = 64;      ///< [n_interfaces, 4] J, then N s: work and impulse
 }  // namespace field
 
 /// The first frame of every message as a value. Members that a kind does not use keep their
@@ -56,6 +59,7 @@ struct Header {
   std::uint32_t major = protocol_major;
   std::uint32_t minor = protocol_minor;
   Role role = Role::flow;
+  std::string name;
   std::string program;
   std::string token;
   std::uint64_t case_hash = 0;
@@ -63,6 +67,7 @@ struct Header {
   double silence_limit = 0.0;
   std::uint64_t mesh_hash = 0;
   std::string mesh_name;
+  std::uint32_t n_interfaces = 1;
 
   double t_begin = 0.0;
   double t_end = 0.0;

@@ -34,6 +34,7 @@ typedef struct ocu_order {
   const double *velocity;     /* flow: [n, 3] m/s at t_end */
   const double *overpressure; /* solid: [n] Pa at t_end */
   const char *checkpoint;     /* OCU_CHECKPOINT: existing folder to write solid.* or flow.* into */
+  const double *force;        /* solid after ocu_take_forces: [n, 3] N at t_end, instead of overpressure */
 } ocu_order;
 
 /* What a participant says of a window it has done. NULL where there is nothing. */
@@ -58,6 +59,8 @@ int ocu_send_mesh(ocu_participant *p, const char *name, size_t n_vertices, const
 /* Flow: the solid's mesh; its arrays live as long as the participant. */
 int ocu_mesh(ocu_participant *p, size_t *n_vertices, const double **vertices, size_t *n_triangles,
              const int32_t **triangles);
+/* Solid, before ocu_ready: where the flow has a mesh of its own, forces at the vertices may come. */
+int ocu_take_forces(ocu_participant *p);
 /* Set-up is done. window and time where it resumed, 0 and 0.0 when fresh; velocity: initial, or NULL. */
 int ocu_ready(ocu_participant *p, double stable_step, uint64_t window, double time, const double *velocity);
 const ocu_order *ocu_next(ocu_participant *p);

@@ -1,5 +1,6 @@
 #include "coupler/link/participant.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <exception>
 #include <initializer_list>
@@ -41,8 +42,14 @@ struct Participant::State {
   std::uint64_t run_id = 0;
   std::uint64_t sent = 0;      ///< seq of the last message sent
   std::uint64_t received = 0;  ///< seq of the last message received
-  std::uint64_t n_vertices = 0;
-  std::uint64_t n_triangles = 0;
+  /// The interface as this side sees it: one mesh per solid.
+  struct Part {
+    std::string name;
+    std::uint64_t n_vertices = 0;
+    std::uint64_t hash = 0;
+  };
+  std::vector<Part> meshes;
+  std::uint64_t n_vertices = 0;    ///< of all parts
   std::uint64_t mesh_hash = 0;
   std::uint64_t finished_window = 0;
   std::uint32_t iteration = 0; ///< of that window
@@ -65,7 +72,8 @@ struct Participant::State {
   explicit State(const Connection& c) : connection(c) {}
 
   [[nodiscard]] std::string who() const {
-    return fmt::format("{} ({})", to_word(connection.role), connection.program);
+    const std::string name = connection.name.empty() ? "" : fmt::format(" '{}'", connection.name);
+    return fmt::format("{}{} ({})", to_word(connection.role), name, connection.program);
   }
   [[nodiscard]] LinkError error(std::string_view what) const {
     return LinkError(fmt::format("{}: {}; last finished window {}", who(), what, finished_window));
@@ -83,8 +91,10 @@ struct Participant::State {
   void offer_memory(Header& hello);
   void accept_memory(const Header& welcome);
   [[nodiscard]] std::size_t report_doubles() const {
-    return (connection.role == Role::flow ? 1 : order.wants_acceleration ? 9 : 6) * n_vertices;
+    return (connection.role == Role::flow ? 1 : order.wants_acceleration ? 9 : 6) * n_vertices + balance_doubles();
   }
+  [[nodiscard]] std::size_t balance_doubles() const { return meshes.size() > 1 ? 4 * meshes.size() : 0; }
+  void count_parts();
   [[nodiscard]] std::span<double> report_room();
   [[nodiscard]] std::span<const std::byte> payload(const Header& header) {
     return header.memory.pid != 0 ? reader.view(header.memory, header.payload_bytes)
@@ -100,7 +110,8 @@ bool Participant::State::try_connect(std::string& failure) {
   // A participant that comes back to another coupler in the middle of a run is never right.
   socket->set(zmq::sockopt::reconnect_ivl, -1);
   if (!connection.keys.empty()) {
-    const ParticipantKeys keys = read_keys(connection.keys, connection.role);
+    const ParticipantKeys keys = read_keys(
+        connection.keys, connection.name.empty() ? std::string(to_word(connection.role)) : connection.name);
     socket->set(zmq::sockopt::curve_serverkey, keys.coupler_public);
     socket->set(zmq::sockopt::curve_publickey, keys.own.public_key);
     socket->set(zmq::sockopt::curve_secretkey, keys.own.secret_key);
@@ -299,6 +310,7 @@ Participant::Participant(const Connection& connection) : state_(std::make_unique
   Header hello;
   hello.kind = Kind::hello;
   hello.role = connection.role;
+  hello.name = connection.name;
   hello.program = connection.program;
   hello.token = s.connection.token;
   hello.case_hash = connection.case_hash;
@@ -326,23 +338,52 @@ void Participant::send_mesh(const InterfaceMesh& mesh) {
   Header header;
   header.kind = Kind::mesh;
   header.fields = field::mesh;
-  header.n_vertices = s.n_vertices = mesh.n_vertices();
-  header.n_triangles = s.n_triangles = mesh.triangles.size() / 3;
+  header.n_vertices = mesh.n_vertices();
+  header.n_triangles = mesh.triangles.size() / 3;
   header.mesh_name = mesh.name;
-  header.mesh_hash = s.mesh_hash =
-      checksum({reinterpret_cast<const std::byte*>(payload.data()), payload.size()});
+  header.mesh_hash = checksum({reinterpret_cast<const std::byte*>(payload.data()), payload.size()});
+  const State::Part own{mesh.name, header.n_vertices, header.mesh_hash};
+  if (s.connection.role == Role::solid || s.meshes.size() == 1) {
+    s.meshes = {own};
+  } else {  // in place of the one of this name
+    const auto at = std::find_if(s.meshes.begin(), s.meshes.end(), [&](const State::Part& p) { return p.name == own.name; });
+    if (at == s.meshes.end()) throw s.error(fmt::format("a mesh '{}' of its own: no solid is called so", own.name));
+    *at = own;
+  }
+  s.count_parts();
   s.send(std::move(header), payload);
 }
 
-InterfaceMesh Participant::receive_mesh() {
+void Participant::State::count_parts() {
+  n_vertices = 0;
+  std::vector<std::uint64_t> hashes;
+  for (const Part& part : meshes) {
+    n_vertices += part.n_vertices;
+    hashes.push_back(part.hash);
+  }
+  mesh_hash = meshes.size() == 1 ? meshes.front().hash : checksum(std::as_bytes(std::span(hashes)));
+}
+
+std::vector<InterfaceMesh> Participant::receive_meshes() {
   auto& s = *state_;
-  const Header header = s.await({Kind::mesh}, "the interface mesh of the solid");
-  const auto bytes = s.payload(header);
-  InterfaceMesh mesh = mesh_from_payload(header, bytes);
-  s.n_vertices = header.n_vertices;
-  s.n_triangles = header.n_triangles;
-  s.mesh_hash = checksum(bytes);
-  return mesh;
+  std::vector<InterfaceMesh> found;
+  s.meshes.clear();
+  do {
+    const Header header = s.await({Kind::mesh}, "the interface mesh of a solid");
+    const auto bytes = s.payload(header);
+    found.push_back(mesh_from_payload(header, bytes));
+    s.meshes.push_back({header.mesh_name, header.n_vertices, checksum(bytes)});
+    if (found.size() == header.n_interfaces) break;
+  } while (true);
+  s.count_parts();
+  return found;
+}
+
+InterfaceMesh Participant::receive_mesh() {
+  auto meshes = receive_meshes();
+  if (meshes.size() != 1)
+    throw state_->error(fmt::format("{} solids take part, this flow side knows one", meshes.size()));
+  return std::move(meshes.front());
 }
 
 void Participant::take_forces() { state_->takes_force = true; }
@@ -376,8 +417,8 @@ void Participant::ready(double stable_step, std::uint64_t window, double time,
   header.shares_memory = s.we_read;
   header.takes_force = s.takes_force;
   if (s.coupler_reads && s.n_vertices > 0)
-    s.memory = SharedMemory((s.connection.role == Role::flow ? 1 : 9) * s.n_vertices * sizeof(double),
-                            memory_slots);
+    s.memory = SharedMemory(((s.connection.role == Role::flow ? 1 : 9) * s.n_vertices + s.balance_doubles()) *
+                                sizeof(double), memory_slots);
   std::vector<std::span<const double>> parts;
   const std::size_t n = 3 * s.n_vertices;
   add_part(header, parts, motion.position, field::position, n, "position");
@@ -454,12 +495,18 @@ void Participant::send(const Report& report) {
   header.status = report.status;
   header.n_vertices = s.n_vertices;
   std::vector<std::span<const double>> parts;
+  std::vector<double> balance;
+  for (const auto& one : report.interfaces)
+    balance.insert(balance.end(), {one.work, one.impulse[0], one.impulse[1], one.impulse[2]});
   if (!report.idle) {
     add_part(header, parts, report.position, field::position, 3 * s.n_vertices, "position");
     add_part(header, parts, report.velocity, field::velocity, 3 * s.n_vertices, "velocity");
     if (s.order.wants_acceleration)
       add_part(header, parts, report.acceleration, field::acceleration, 3 * s.n_vertices, "acceleration");
     add_part(header, parts, report.overpressure, field::overpressure, s.n_vertices, "overpressure");
+    header.n_interfaces = s.balance_doubles() > 0 && !balance.empty() ? static_cast<std::uint32_t>(s.meshes.size()) : 1;
+    if (header.n_interfaces > 1)
+      add_part(header, parts, balance, field::balance, s.balance_doubles(), "balance");
   }
   s.send_report(std::move(header), parts);
   s.owes_result = false;
@@ -471,7 +518,7 @@ Participant::Room Participant::room() {
   const auto all = s.report_room();
   Room room;
   if (s.connection.role == Role::flow) {
-    room.overpressure = all;
+    room.overpressure = all.first(s.n_vertices);
     return room;
   }
   const std::size_t n = 3 * s.n_vertices;

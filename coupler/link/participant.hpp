@@ -27,6 +27,7 @@ struct InterfaceMesh {
 /// solvers it starts (OCUBLAST_ENDPOINT, OCUBLAST_TOKEN, ...).
 struct Connection {
   Role role = Role::flow;
+  std::string name;              ///< which of several solids, else empty
   std::string program;           ///< name and version, for messages
   std::uint64_t case_hash = 0;   ///< CaseReader::hash(); must agree on all sides
   std::string endpoint;          ///< ipc://... or tcp://...
@@ -75,6 +76,12 @@ struct Order {
   std::filesystem::path checkpoint;      ///< kind checkpoint: directory to write to (exists)
 };
 
+/// What the flow reports of one of several interfaces.
+struct InterfaceBalance {
+  double work = 0.0;                     ///< J, done on that solid
+  std::array<double, 3> impulse{};       ///< N s, given to that solid
+};
+
 /// What a participant reports of a finished window.
 struct Report {
   bool idle = false;                     ///< flow: load exactly zero; solid: nothing has moved
@@ -85,6 +92,7 @@ struct Report {
   double stable_step = 0.0;              ///< s, largest step of its own it can take next
   std::uint32_t steps_taken = 0;
   double work = 0.0;                     ///< J, done on the solid by the load in this window, own quadrature
+  std::vector<InterfaceBalance> interfaces;  ///< flow with several solids: of each, in their order
   std::array<double, 3> impulse{};       ///< N s, given to the solid in this window
   double impedance = 0.0;                ///< kg/(m^2 s): flow: largest rho c at the wall; solid: see mass
   double mass_per_area = 0.0;            ///< kg/m^2: solid: smallest mass per area its waves reach in a window
@@ -113,9 +121,14 @@ class Participant {
   Participant& operator=(Participant&&) noexcept;
 
   /// Solid: its wet surface. Flow: a mesh of its own for the same surface, after receive_mesh; motion
-  /// and load are then given on it, and the coupler maps between both.
+  /// and load are then given on it, and the coupler maps between both. With several solids it bears
+  /// the name of the one it stands for.
   void send_mesh(const InterfaceMesh& mesh);
-  [[nodiscard]] InterfaceMesh receive_mesh();             ///< flow
+  /// Flow: the one solid's surface. LinkError where there are several.
+  [[nodiscard]] InterfaceMesh receive_mesh();
+  /// Flow: the surfaces of all solids, called by their names in the case where there are several.
+  /// Orders and reports then hold the values of all, one solid after the other.
+  [[nodiscard]] std::vector<InterfaceMesh> receive_meshes();
   /// Solid, before ready: orders may carry forces at the vertices instead of overpressure.
   void take_forces();
   /// Set-up is done: own stable step [s], and the window and time it resumed at (0, 0.0 when fresh).

@@ -59,6 +59,7 @@ PayloadView view_payload(const Header& header, std::span<const std::byte> bytes)
   view.acceleration = take(field::acceleration, 3 * n);
   view.overpressure = take(field::overpressure, n);
   view.force = take(field::force, 3 * n);
+  view.balance = take(field::balance, 4 * std::size_t{header.n_interfaces});
   return view;
 }
 
@@ -70,11 +71,12 @@ namespace {
     std::span<const double> values;
     std::size_t components;
   };
-  const std::array<Named, 5> parts{{{"position", view.position, 3},
+  const std::array<Named, 6> parts{{{"position", view.position, 3},
                                     {"velocity", view.velocity, 3},
                                     {"acceleration", view.acceleration, 3},
                                     {"overpressure", view.overpressure, 1},
-                                    {"force", view.force, 3}}};
+                                    {"force", view.force, 3},
+                                    {"balance", view.balance, 4}}};
   for (const auto& part : parts) {
     const std::size_t at = first_not_finite(part.values);
     if (at == part.values.size()) continue;

@@ -25,6 +25,7 @@ struct PayloadView {
   std::span<const double> acceleration;
   std::span<const double> overpressure;
   std::span<const double> force;
+  std::span<const double> balance;
 };
 /// Precondition: bytes.size() == payload_bytes_expected(header), data aligned to 8 bytes, no mesh.
 [[nodiscard]] PayloadView view_payload(const Header& header, std::span<const std::byte> bytes);

@@ -227,7 +227,8 @@ void read_bodies(Section& flow, FlowCase& result) {
       {"coupled", BodyMotion::coupled}};
   static constexpr std::pair<std::string_view, WallSlip> slips[] = {{"slip", WallSlip::slip},
                                                                     {"no_slip", WallSlip::no_slip}};
-  std::set<std::string> names;
+  std::set<std::string> names, moved;
+  const bool several = result.solids.size() > 1;
   flow.tables("body", "closed surface immersed in the gas", [&](Section& table, std::size_t) {
     BodyCase body;
     table.text("name", body.name, {.required = true, .help = "name in outputs"});
@@ -236,6 +237,8 @@ void read_bodies(Section& flow, FlowCase& result) {
     table.file("surface", body.surface,
                {.required = !table.listing() && body.motion != BodyMotion::coupled,
                 .help = "mesh file with the surface; coupled: instead of the solid's own"});
+    if ((body.motion == BodyMotion::coupled && several) || table.listing())
+      table.text("solid", body.solid, {.help = "coupled: which of several [[solid]] moves it; default the one of its name"});
     table.choice("slip", body.slip, slips, {.help = "wall condition of the velocity"});
     table.real("wall_temperature_K", body.wall_temperature,
                {.unit = "K", .min = 0.0, .help = "0: adiabatic"});
@@ -246,8 +249,13 @@ void read_bodies(Section& flow, FlowCase& result) {
     if (body.slip == WallSlip::no_slip && result.options.viscosity == Viscosity::none)
       table.fault("slip", "no_slip needs flow.gas.viscosity; take slip for an inviscid gas");
     if (body.motion == BodyMotion::coupled) {
-      if (result.coupled) table.fault("motion", "one coupled body per case is supported");
       result.coupled = true;
+      if (body.solid.empty() && several) body.solid = body.name;
+      if (std::find(result.solids.begin(), result.solids.end(), body.solid) == result.solids.end())
+        table.fault("solid", fmt::format("no solid is called '{}'; there are {}", body.solid, fmt::join(result.solids, ", ")));
+      if (!moved.insert(body.solid).second)
+        table.fault("solid", several ? fmt::format("solid '{}' moves two bodies", body.solid)
+                                     : std::string("one solid moves one body; several are given as tables [[solid]]"));
     }
     for (std::size_t a = 0; a < 3; ++a)
       if (result.axes[a].periodic) table.fault("name", "a body in a domain with a periodic direction");
@@ -255,6 +263,9 @@ void read_bodies(Section& flow, FlowCase& result) {
       table.fault("name", "bodies need flow.grid.geometry = \"cartesian\"");
     result.bodies.push_back(std::move(body));
   });
+  for (const auto& solid : result.solids)
+    if (several && result.coupled && !moved.contains(solid))
+      flow.fault("body", fmt::format("no body is moved by solid '{}'", solid));
   auto immersed = flow.table("immersed", "numerics of immersed walls");
   immersed.real("gap_block_cells", result.immersed.gap_block,
                 {.unit = "1", .min = 0.0, .max = 4.0,
@@ -376,6 +387,8 @@ void read_probes_and_output(Section& flow, FlowCase& result) {
 FlowCase read_flow_case(CaseReader& reader) {
   FlowCase result;
   result.common = read_case_common(reader);
+  result.solids = reader.solids();
+  if (result.solids.empty()) result.solids.emplace_back();
   auto flow = reader.section("flow", "the gas");
   read_gas(flow, result.options);
   auto grid = flow.table("grid", "non-uniform grid");

@@ -43,6 +43,7 @@ struct PistonCase {
 
 struct BodyCase {
   std::string name;
+  std::string solid;              ///< coupled: which of several moves it
   std::filesystem::path surface;  ///< may be empty for a coupled body: then the solid's own
   BodyMotion motion = BodyMotion::fixed;
   RigidPath path;
@@ -132,6 +133,7 @@ struct FlowCase {
   OutputCase output;
   double quiet_overpressure = 1e-7;  ///< relative to ambient; a smaller load counts as none
   bool coupled = false;              ///< some body is moved by a solid
+  std::vector<std::string> solids;   ///< of the case, in its order; one empty name: a single one
 };
 
 /// Declares and reads [case], [time], [ambient] and [flow]; faults are left with the reader.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <thread>
 
@@ -63,26 +64,28 @@ bool run(const Ranks& ranks, const CommandLine& line) {
     return true;
   }
   if (line.check_only) {
-    static_cast<void>(make_bodies(flow_case, nullptr));
+    static_cast<void>(make_bodies(flow_case, {}));
     if (ranks.root()) std::fputs(describe(flow_case).c_str(), stdout);
     return true;
   }
   flow_case.options.threads = line.threads > 0 ? line.threads : default_threads(ranks);
   omp_set_num_threads(flow_case.options.threads);
   auto log = rank_logger(ranks, line);
-  if (!coupled) return FlowRun(ranks, std::move(flow_case), line, log, nullptr).run_alone();
+  if (!coupled) return FlowRun(ranks, std::move(flow_case), line, log, {}).run_alone();
   link::Participant coupler(link::connection_from_environment(
       link::Role::flow, fmt::format("flow_solver {}", version_text), reader.hash()));
   coupler.guard([&] {
-    auto surface = coupler.receive_mesh();
+    auto surfaces = coupler.receive_meshes();
     for (const BodyCase& body : flow_case.bodies) {
       if (body.motion != BodyMotion::coupled || body.surface.empty()) continue;
       const BodySurface own = read_body_surface(body.surface);
+      const auto at = std::find(flow_case.solids.begin(), flow_case.solids.end(), body.solid);
+      auto& surface = surfaces.at(static_cast<std::size_t>(at - flow_case.solids.begin()));
       surface.vertices = own.vertices;
       surface.triangles = own.triangles;
       coupler.send_mesh(surface);
     }
-    FlowRun flow_run(ranks, std::move(flow_case), line, log, &surface);
+    FlowRun flow_run(ranks, std::move(flow_case), line, log, surfaces);
     flow_run.run_coupled(coupler);
   });
   return true;

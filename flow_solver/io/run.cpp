@@ -80,9 +80,15 @@ void require_charges_in_gas(const FlowCase& flow_case, const Grid& grid, std::sp
   }
 }
 
+/// Which of the solids moves a coupled body.
+std::size_t solid_number(const FlowCase& flow_case, const BodyCase& body) {
+  const auto at = std::find(flow_case.solids.begin(), flow_case.solids.end(), body.solid);
+  return static_cast<std::size_t>(at - flow_case.solids.begin());
+}
+
 }  // namespace
 
-std::vector<Body> make_bodies(const FlowCase& flow_case, const link::InterfaceMesh* coupled) {
+std::vector<Body> make_bodies(const FlowCase& flow_case, std::span<const link::InterfaceMesh> coupled) {
   std::vector<Body> bodies;
   for (const auto& spec : flow_case.bodies) {
     Body body{.name = spec.name, .surface = {}, .slip = spec.slip,
@@ -94,10 +100,12 @@ std::vector<Body> make_bodies(const FlowCase& flow_case, const link::InterfaceMe
     }
     if (spec.motion != BodyMotion::coupled)
       body.surface = read_body_surface(spec.surface);
-    else if (coupled != nullptr)
-      body.surface = {.vertices = coupled->vertices, .triangles = coupled->triangles};
-    else
+    else if (!coupled.empty()) {
+      const auto& mesh = coupled[solid_number(flow_case, spec)];
+      body.surface = {.vertices = mesh.vertices, .triangles = mesh.triangles};
+    } else {
       continue;  // known when the solid has sent it
+    }
     require_inside_grid(flow_case, body);
     bodies.push_back(std::move(body));
   }
@@ -105,7 +113,7 @@ std::vector<Body> make_bodies(const FlowCase& flow_case, const link::InterfaceMe
 }
 
 FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
-                 const link::InterfaceMesh* coupled_surface)
+                 std::span<const link::InterfaceMesh> coupled_surfaces)
     : ranks_(&ranks),
       case_(std::move(flow_case)),
       out_(line.out),
@@ -117,16 +125,12 @@ FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line
               {.directory = line.out, .ambient_pressure = case_.common.ambient_pressure}),
       surfaces_(line.out) {
   wall_start_ = wall_clock();
-  auto surfaces = make_bodies(case_, coupled_surface);
+  auto surfaces = make_bodies(case_, coupled_surfaces);
   if (!surfaces.empty()) {
     case_.immersed.transport = wall_transport(case_.options);
     bodies_ = std::make_unique<ImmersedBoundary>(flow_.grid(), case_.options.gas, std::move(surfaces),
                                                  case_.immersed);
-    for (std::size_t b = 0; b < case_.bodies.size(); ++b)
-      if (case_.bodies[b].motion == BodyMotion::coupled) {
-        coupled_body_ = b;
-        overpressure_.assign(bodies_->position(b).size() / 3, 0.0);
-      }
+    find_coupled_bodies();
   }
   place_surface_probes();
   double resume_time = -1.0;
@@ -168,6 +172,17 @@ FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line
   log_->info("{} nodes, {} in the gas, kernels {}, {} x {} x {} ranks of {} threads, set-up {:.2f} s",
              flow_.grid().n_cells(), fluid_nodes_, flow_.instruction_set(), blocks[0], blocks[1], blocks[2],
              case_.options.threads, setup_seconds_);
+}
+
+void FlowRun::find_coupled_bodies() {
+  for (std::size_t k = 0; k < case_.solids.size(); ++k)
+    for (std::size_t b = 0; b < case_.bodies.size(); ++b)
+      if (case_.bodies[b].motion == BodyMotion::coupled && solid_number(case_, case_.bodies[b]) == k) {
+        const std::size_t count = bodies_->position(b).size() / 3;
+        coupled_bodies_.push_back({.body = b, .first = overpressure_.size(), .count = count});
+        overpressure_.resize(overpressure_.size() + count, 0.0);
+      }
+  sums_.walls.resize(coupled_bodies_.size());
 }
 
 /// Bursts and charges at the start; after a resume only the waves that still come in from outside.
@@ -381,8 +396,10 @@ void FlowRun::write_globals(const StepReport& r) {
 }
 
 std::string FlowRun::status() const {
+  double peak = 0.0;
+  for (const auto& wall : sums_.walls) peak = std::max(peak, wall.peak);
   return fmt::format("active {:.0f} %, peak at probes {:.1f} kPa, at the wall {:.1f} kPa",
-                     100.0 * last_report_.active_share, probes_.largest() * 1e-3, sums_.wall_peak * 1e-3);
+                     100.0 * last_report_.active_share, probes_.largest() * 1e-3, peak * 1e-3);
 }
 
 void FlowRun::show_progress(bool last) {
@@ -492,31 +509,64 @@ void FlowRun::rewind() {
 link::Report FlowRun::finish_window(const link::Order& order) {
   link::Report report;
   report.stable_step = stable_step();
-  if (!coupled_body_) return report;
+  if (coupled_bodies_.empty()) return report;
   const auto W = std::as_const(flow_).primitives();
-  bodies_->read_overpressure(W, *coupled_body_, case_.common.ambient_pressure, overpressure_);
-  double largest = 0.0;
-  for (const double p : overpressure_) largest = std::max(largest, std::abs(p));
-  const BodyLoad& load = loads_[*coupled_body_];
-  report.idle = largest <= case_.quiet_overpressure * case_.common.ambient_pressure;
-  if (!report.idle) {
-    const double window = order.t_end - order.t_begin;
-    report.overpressure = overpressure_;
-    // Trapezoidal rule on power and force: 2nd order in the window, as the coupling itself.
-    report.work = 0.5 * window * (sums_.last_power + load.power);
-    for (std::size_t a = 0; a < 3; ++a)
-      report.impulse[a] = 0.5 * window * (sums_.last_force[a] + load.force[a]);
-    sums_.last_power = load.power;
-    sums_.last_force = load.force;
-    const double peak = *std::max_element(overpressure_.begin(), overpressure_.end());
-    if (peak > sums_.wall_peak) {
-      sums_.wall_peak = peak;
-      sums_.wall_peak_time = clock_.time;
-    }
+  const double window = order.t_end - order.t_begin;
+  const double quiet = case_.quiet_overpressure * case_.common.ambient_pressure;
+  report.idle = true;
+  std::vector<bool> loaded;
+  for (const CoupledBody& c : coupled_bodies_) {
+    const auto mine = std::span(overpressure_).subspan(c.first, c.count);
+    bodies_->read_overpressure(W, c.body, case_.common.ambient_pressure, mine);
+    loaded.push_back(std::any_of(mine.begin(), mine.end(), [&](double p) { return std::abs(p) > quiet; }));
+    report.idle = report.idle && !loaded.back();
+    report.impedance = std::max(report.impedance, loads_[c.body].largest_impedance);
   }
-  report.impedance = load.largest_impedance;
   report.status = status();
+  if (report.idle) return report;
+  report.overpressure = overpressure_;
+  for (std::size_t k = 0; k < coupled_bodies_.size(); ++k) {
+    const CoupledBody& c = coupled_bodies_[k];
+    const auto mine = std::span(overpressure_).subspan(c.first, c.count);
+    const BodyLoad& load = loads_[c.body];
+    Sums::Wall& wall = sums_.walls[k];
+    link::InterfaceBalance balance;
+    // A quiet load of one body is none, as it would be alone: its solid may sleep.
+    if (!loaded[k]) {
+      std::fill(mine.begin(), mine.end(), 0.0);
+    } else {
+      // Trapezoidal rule on power and force: 2nd order in the window, as the coupling itself.
+      balance.work = 0.5 * window * (wall.power + load.power);
+      for (std::size_t a = 0; a < 3; ++a) balance.impulse[a] = 0.5 * window * (wall.force[a] + load.force[a]);
+      wall.power = load.power;
+      wall.force = load.force;
+      const double peak = *std::max_element(mine.begin(), mine.end());
+      if (peak > wall.peak) {
+        wall.peak = peak;
+        wall.peak_time = clock_.time;
+      }
+    }
+    report.work += balance.work;
+    for (std::size_t a = 0; a < 3; ++a) report.impulse[a] += balance.impulse[a];
+    report.interfaces.push_back(balance);
+  }
   return report;
+}
+
+void FlowRun::move_coupled_bodies(const link::Order& order) {
+  for (const CoupledBody& c : coupled_bodies_) {
+    const auto position = order.position.subspan(3 * c.first, 3 * c.count);
+    const auto velocity = order.velocity.subspan(3 * c.first, 3 * c.count);
+    // One of several may rest where it is: no path, as if it had been said so.
+    const bool rests = coupled_bodies_.size() > 1 &&
+                       std::all_of(velocity.begin(), velocity.end(), [](double v) { return v == 0.0; }) &&
+                       std::equal(position.begin(), position.end(), bodies_->position(c.body).begin());
+    if (rests) continue;
+    if (order.wall_path == link::WallPath::cubic)
+      bodies_->set_path(c.body, order.t_begin, order.t_end, position, velocity);
+    else
+      bodies_->set_straight_path(c.body, order.t_begin, order.t_end, position);
+  }
 }
 
 void FlowRun::run_coupled(link::Participant& coupler) {
@@ -538,12 +588,7 @@ void FlowRun::run_coupled(link::Participant& coupler) {
     if (order.iteration == 1) keep_state();
     if (order.iteration > 1) rewind();
     iterating_ = order.iteration > 0;
-    if (coupled_body_ && !order.idle) {
-      if (order.wall_path == link::WallPath::cubic)
-        bodies_->set_path(*coupled_body_, order.t_begin, order.t_end, order.position, order.velocity);
-      else
-        bodies_->set_straight_path(*coupled_body_, order.t_begin, order.t_end, order.position);
-    }
+    if (!order.idle) move_coupled_bodies(order);
     const auto steps_before = clock_.step;
     step_to(order.t_end);
     clock_.window = static_cast<std::int64_t>(order.window);

@@ -31,18 +31,19 @@ struct StartQuantity {
 /// the grid. Returns what came with them.
 std::vector<StartQuantity> apply_initial_state(const FlowCase& flow_case, const ChargeStart& charges, Flow& flow);
 
-/// Bodies with their surfaces; `coupled` is the solid's. Throws CaseError for a file that is no
+/// Bodies with their surfaces; `coupled` are the solids' in the order of FlowCase::solids, or none
+/// where they are not known yet. Throws CaseError for a file that is no
 /// surface and for a body outside the grid.
 [[nodiscard]] std::vector<Body> make_bodies(const FlowCase& flow_case,
-                                            const link::InterfaceMesh* coupled);
+                                            std::span<const link::InterfaceMesh> coupled);
 
 /// One run of the flow solver: set-up, steps, output. Alone or as a participant.
 class FlowRun {
  public:
-  /// `coupled_surface`: the wet surface that the solid sent; needed when the case has a coupled body.
+  /// `coupled_surfaces`: the wet surfaces that the solids sent, one for each coupled body.
   /// `ranks` outlives the run; all of them make it and run it together, the root alone writes.
   FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
-          const link::InterfaceMesh* coupled_surface);
+          std::span<const link::InterfaceMesh> coupled_surfaces);
 
   /// Runs to the end of time; a signal ends it early with a checkpoint. Whether the end was reached.
   [[nodiscard]] bool run_alone();
@@ -91,8 +92,15 @@ class FlowRun {
   InterfaceOutput surfaces_;
   RunClock clock_;
   std::ofstream globals_;
-  std::optional<std::size_t> coupled_body_;
-  std::vector<double> overpressure_;       ///< Pa, at the coupled body's vertices
+  /// A body that a solid moves, and its vertices among those of all such bodies.
+  struct CoupledBody {
+    std::size_t body = 0;
+    std::size_t first = 0, count = 0;
+  };
+  std::vector<CoupledBody> coupled_bodies_;  ///< in the order of FlowCase::solids
+  std::vector<double> overpressure_;       ///< Pa, at the vertices of the coupled bodies
+  void find_coupled_bodies();
+  void move_coupled_bodies(const link::Order& order);
   std::vector<StartQuantity> start_quantities_;
   std::shared_ptr<IncidentWaves> incident_;  ///< null: no wave from outside
   void start_gas(bool resumed);
@@ -106,10 +114,14 @@ class FlowRun {
 
   // Running sums and maxima; kept in clock_.sums across a resume.
   struct Sums {
-    double wall_peak = 0.0;         ///< Pa, largest overpressure at the coupled body
-    double wall_peak_time = 0.0;    ///< s
-    double last_power = 0.0;        ///< W, at the end of the last window
-    std::array<double, 3> last_force{};  ///< N
+    /// Of a coupled body.
+    struct Wall {
+      double peak = 0.0;       ///< Pa, largest overpressure
+      double peak_time = 0.0;  ///< s
+      double power = 0.0;      ///< W, at the end of the last window
+      std::array<double, 3> force{};  ///< N, then
+    };
+    std::vector<Wall> walls;
     double cells = 0.0;             ///< node updates computed
     double redone = 0.0;
     double marked = 0.0;

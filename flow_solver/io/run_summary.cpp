@@ -19,17 +19,18 @@ Json quantity(const std::string& name, double value, const std::string& unit) {
 /// The sums in the order in which checkpoints hold them.
 void FlowRun::keep_sums() {
   const auto& s = sums_;
-  clock_.sums = {s.wall_peak, s.wall_peak_time, s.last_power, s.last_force[0], s.last_force[1],
-                 s.last_force[2], s.cells, s.redone, s.marked, s.floored, s.active_sum};
+  clock_.sums = {s.cells, s.redone, s.marked, s.floored, s.active_sum};
+  for (const auto& w : s.walls)
+    clock_.sums.insert(clock_.sums.end(), {w.peak, w.peak_time, w.power, w.force[0], w.force[1], w.force[2]});
 }
 
 void FlowRun::restore_sums() {
   auto& s = sums_;
   std::size_t i = 0;
-  for (double* value : {&s.wall_peak, &s.wall_peak_time, &s.last_power, &s.last_force[0],
-                        &s.last_force[1], &s.last_force[2], &s.cells, &s.redone, &s.marked,
-                        &s.floored, &s.active_sum})
-    *value = clock_.sums.at(i++);
+  for (double* value : {&s.cells, &s.redone, &s.marked, &s.floored, &s.active_sum}) *value = clock_.sums.at(i++);
+  for (auto& w : s.walls)
+    for (double* value : {&w.peak, &w.peak_time, &w.power, &w.force[0], &w.force[1], &w.force[2]})
+      *value = clock_.sums.at(i++);
 }
 
 void FlowRun::write_summary() {
@@ -71,13 +72,11 @@ void FlowRun::write_summary() {
       for (std::size_t a = 0; a < 3; ++a)
         quantities.push_back(quantity(case_.bodies[b].name + "_impulse_" + "xyz"[a], balance_->impulse(b)[a], "N s"));
   }
-  if (coupled_body_) {
-    const auto& name = case_.bodies[*coupled_body_].name;
-    quantities.push_back(quantity(name + "_peak_wall_overpressure", sums_.wall_peak, "Pa"));
-    quantities.push_back(quantity(name + "_peak_wall_overpressure_time", sums_.wall_peak_time, "s"));
-    quantities.push_back(quantity(
-        name + "_exposed_area",
-        loads_[*coupled_body_].exposed_area, "m^2"));
+  for (std::size_t k = 0; k < coupled_bodies_.size(); ++k) {
+    const auto& name = case_.bodies[coupled_bodies_[k].body].name;
+    quantities.push_back(quantity(name + "_peak_wall_overpressure", sums_.walls[k].peak, "Pa"));
+    quantities.push_back(quantity(name + "_peak_wall_overpressure_time", sums_.walls[k].peak_time, "s"));
+    quantities.push_back(quantity(name + "_exposed_area", loads_[coupled_bodies_[k].body].exposed_area, "m^2"));
   }
   const double steps = static_cast<double>(std::max<std::int64_t>(clock_.step, 1));
   Json performance = {

@@ -122,6 +122,27 @@ class Network(CouplerTest):
         self.assertEqual([s.wait(timeout=5) for s in sides], [0, 0])
         self.assertEqual(self.rows("out"), self.rows("one"))
 
+    def test_hosts_of_the_case_say_who_is_started_elsewhere_and_from_where(self):
+        one = self.run_coupler("--set", "coupling.hosts.solid=", out="one")
+        self.assertEqual(one.code, 0, one.text)
+        self.assertEqual(self.tool("keygen", self.path("keys")).code, 0)
+        endpoint = f"tcp://{self.ADDRESS}:46803"
+        for address, code in (("10.77.2.2", 0), ("10.77.2.9", 3)):
+            out = "out" + str(code)
+            more = ("--set", f"coupling.hosts.solid={address}", "--set", "coupling.start_limit_s=3.0")
+            coupler = self.launch("c", [os.path.join(BIN, "coupler"), self.case, "--out", self.path(out), "--quiet", "--endpoint",
+                                        endpoint, "--keys", self.path("keys"), "--flow", FLOW, *more])
+            self.wait_for(out, "connection.env")
+            solid = self.launch("s", [SOLID, self.case, *more], {"OCUBLAST_ENDPOINT": endpoint, "OCUBLAST_KEYS": self.path("keys")})
+            text = coupler.communicate(timeout=60)[0]
+            self.assertEqual(coupler.returncode, code, text)
+            said = solid.communicate(timeout=10)[0]
+            self.assertEqual(solid.returncode, code, said)
+            if code == 0:
+                self.assertEqual(self.rows(out), self.rows("one"))
+            else:
+                self.assertIn("connects from 10.77.2.2, the case has it at 10.77.2.9", said)
+
     def test_cut_link_that_comes_back_is_no_fault(self):
         slow = ("--set", "coupling.silence_limit_s=20.0", "--set", "time.end_s=40.0")
         one = self.run_coupler(*slow, out="one")

@@ -87,7 +87,7 @@ class CaseFileTest(unittest.TestCase):
 
     def test_faults_of_overrides_are_named(self):
         for text, expected in (("flow.grid.cells", "expected dotted.key=value"),
-                               ("mesh.3.level=1", "'3' is no index of a list of 1"),
+                               ("mesh.3.level=1", "'3' is no index or name in a list of 1"),
                                ("time.end_s.x=1", "'x' is a value, not a table"),
                                ("case.resolution=huge", "accepted: coarse, fine")):
             with self.assertRaisesRegex(CaseError, expected):
@@ -180,13 +180,14 @@ class LaunchTest(unittest.TestCase):
 
     def test_a_coupled_case_starts_the_coupler_and_tells_it_of_the_solvers(self):
         self.case.write_text(CASE + "[solid]\nx = 1\n[coupling]\nx = 1\n")
-        done = self.launch(self.case, "--out", self.out, "--solid", "my solver",
+        done = self.launch(self.case, "--out", self.out, "--solid", "my solver", "--ranks-solid", "3",
                            "--threads-flow", "2", "--no-report")
         self.assertEqual(done.returncode, 0, done.stderr)
         seen = (self.out / "arguments").read_text().splitlines()
         self.assertEqual(seen[0], "coupler")
         self.assertEqual(seen[seen.index("--solid") + 1], "my solver")
         self.assertEqual(seen[seen.index("--threads-flow") + 1], "2")
+        self.assertEqual(seen[seen.index("--ranks-solid") + 1], "3")
 
     def test_a_case_with_a_fault_writes_nothing_and_says_it_once(self):
         self.case.write_text(CASE + "[solid]\nx = 1\n[coupling]\nx = 1\n")
@@ -205,10 +206,10 @@ class LaunchTest(unittest.TestCase):
         self.assertEqual(done.returncode, 2)
         self.assertIn("nothing.toml", done.stderr)
 
-    def test_more_ranks_are_refused_with_the_remedy(self):
-        done = self.launch(self.case, "--out", self.out, "--ranks-flow", "2")
+    def test_no_rank_at_all_is_refused(self):
+        done = self.launch(self.case, "--out", self.out, "--ranks-flow", "0")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("use --threads-flow N", done.stderr)
+        self.assertIn("accepted 1 or more", done.stderr)
 
     def test_a_folder_in_use_is_refused(self):
         self.out.mkdir()

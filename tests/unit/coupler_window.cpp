@@ -126,7 +126,7 @@ TEST(CouplingState, ComesBackFromItsFileBitForBit) {
   s.time = 0.1 + 0.2;
   s.stable_flow = 1.0 / 3.0;
   s.width_before = 1e-7;
-  s.load_zero = false;
+  s.zero_loads = 6;
   s.position = SharedValues::from({0.1, 0.2, 0.3});
   s.velocity = SharedValues::from({-0.1, 1e-300, 5.0});
   s.velocity_before = SharedValues::from({7.0, 8.0, -9.0});
@@ -137,7 +137,7 @@ TEST(CouplingState, ComesBackFromItsFileBitForBit) {
   EXPECT_EQ(back.mesh_hash, 12U);
   EXPECT_EQ(back.state.time, s.time);
   EXPECT_EQ(back.state.balance, s.balance);
-  EXPECT_EQ(back.state.load_zero, false);
+  EXPECT_EQ(back.state.zero_loads, 6U);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(back.state.position.values[i], s.position.values[i]);
     EXPECT_EQ(back.state.velocity.values[i], s.velocity.values[i]);

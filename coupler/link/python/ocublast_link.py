@@ -28,8 +28,8 @@ from zmq.utils.monitor import recv_monitor_message
 
 import coupling_pb2 as pb
 
-PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 1
-POSITION, VELOCITY, ACCELERATION, OVERPRESSURE, MESH = 1, 2, 4, 8, 16
+PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 2
+POSITION, VELOCITY, ACCELERATION, OVERPRESSURE, MESH, FORCE = 1, 2, 4, 8, 16, 32
 
 
 class LinkError(RuntimeError):
@@ -55,6 +55,7 @@ class Order:
         self.wall_cubic = header.wall_path != pb.WALL_PATH_STRAIGHT
         self.checkpoint = header.directory
         self.position = self.velocity = self.overpressure = None
+        self.force = None  # [n, 3] N instead of overpressure, to a solid that takes it (see ready)
 
 
 class Participant:
@@ -65,6 +66,7 @@ class Participant:
         if not self.endpoint:
             raise LinkError("no coupler: OCUBLAST_ENDPOINT is not set; run 'coupler CASE.toml'")
         self.role = role
+        self.name = os.environ.get("OCUBLAST_NAME", "") if role == "solid" else ""  # of several solids
         self.silence_limit = float(os.environ.get("OCUBLAST_SILENCE_LIMIT_S") or silence_limit)
         self.run_id, self.sent, self.received = 0, 0, 0
         self.n_vertices = self.n_triangles = self.mesh_hash = self.window = 0
@@ -74,6 +76,8 @@ class Participant:
         hello.protocol_major, hello.protocol_minor = PROTOCOL_MAJOR, PROTOCOL_MINOR
         hello.role = pb.ROLE_FLOW if role == "flow" else pb.ROLE_SOLID
         hello.program, hello.token = program, self.token
+        if self.name:
+            hello.name = self.name
         hello.case_hash, hello.byte_order_mark = case_hash, 1.5
         self.send_raw(hello, b"")
         welcome, _ = self._await(pb.KIND_WELCOME)
@@ -91,7 +95,7 @@ class Participant:
             self.socket.setsockopt(option, value)
         keys = os.environ.get("OCUBLAST_KEYS", "")
         if keys:
-            with open(os.path.join(keys, self.role + ".key"), encoding="ascii") as file:
+            with open(os.path.join(keys, (self.name or self.role) + ".key"), encoding="ascii") as file:
                 server, public, secret, self.token = file.read().split()
             self.socket.curve_serverkey = server.encode()
             self.socket.curve_publickey = public.encode()
@@ -156,7 +160,8 @@ class Participant:
     # --- the run --------------------------------------------------------------------------------
 
     def send_mesh(self, name, vertices, triangles):
-        """Solid: closed wet surface, vertices [n, 3] m, triangles [m, 3] oriented outward."""
+        """Solid: closed wet surface, vertices [n, 3] m, triangles [m, 3] oriented outward. Flow, after
+        receive_mesh: a mesh of its own for it; the coupler maps."""
         points = np.ascontiguousarray(vertices, dtype="<f8")
         corners = np.ascontiguousarray(triangles, dtype="<i4")
         payload = points.tobytes() + corners.tobytes()
@@ -170,6 +175,8 @@ class Participant:
     def receive_mesh(self):
         """Flow: name, vertices [n, 3], triangles [m, 3]."""
         h, payload = self._await(pb.KIND_MESH)
+        if h.n_interfaces > 1:
+            raise LinkError(f"{h.n_interfaces} solids take part, this flow side knows one")
         self.n_vertices, self.n_triangles = h.n_vertices, h.n_triangles
         self.mesh_hash = checksum(payload)
         split = 24 * h.n_vertices
@@ -177,11 +184,13 @@ class Participant:
         triangles = np.frombuffer(payload[split:], "<i4").reshape(-1, 3)
         return h.mesh_name, vertices, triangles
 
-    def ready(self, stable_step, window=0, time_s=0.0, velocity=None):
-        """Set-up is done; where it stands (0, 0.0 when fresh); initial velocity [n, 3] if any."""
+    def ready(self, stable_step, window=0, time_s=0.0, velocity=None, takes_force=False):
+        """Set-up is done; where it stands (0, 0.0 when fresh); initial velocity [n, 3] if any. A solid
+        that takes forces may be given order.force instead of overpressure."""
         self.window = window
         h = self.header(pb.KIND_READY)
         h.stable_step_s, h.time_s, h.mesh_hash = stable_step, time_s, self.mesh_hash
+        h.takes_force = takes_force
         payload = b""
         if velocity is not None:
             h.fields, h.n_vertices = VELOCITY, self.n_vertices
@@ -198,6 +207,8 @@ class Participant:
             values = np.frombuffer(payload, "<f8")
             if h.fields == OVERPRESSURE:
                 self.order.overpressure = values
+            elif h.fields == FORCE:
+                self.order.force = values.reshape(-1, 3)
             elif h.fields == POSITION | VELOCITY:
                 self.order.position, self.order.velocity = values.reshape(2, -1, 3)
             yield self.order
