@@ -118,6 +118,9 @@ struct Flow::Core {
   void set_time(double t);
   /// Ghosts of scalar fields; `use` says how far, where they are another rank's nodes.
   void fill_scalars(const Block& block, std::span<const int> fields, ScalarGhosts use);
+  /// Does what depends on other ranks and books the time.
+  void wait_for(const std::function<void()>& others);
+  [[nodiscard]] bool any_rank_has(long count);
   /// Raises the maxima of this rank to those of all.
   void share_maxima();
   // Under ranks (flow_ranks.cpp).

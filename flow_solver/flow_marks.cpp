@@ -95,7 +95,7 @@ void Flow::Core::premark(StepReport&) {
     }
     ctx.any_mark = true;
   }
-  if (ranks ? ranks->ranks().any_of_all(ctx.any_mark) : ctx.any_mark) set_line_marks();
+  if (ranks ? any_rank_has(ctx.any_mark ? 1 : 0) : ctx.any_mark) set_line_marks();
 }
 
 void Flow::Core::mark_failures(bool with_neighbours) {

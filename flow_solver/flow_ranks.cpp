@@ -58,12 +58,26 @@ void Flow::Core::set_known_ends() {
   }
 }
 
+void Flow::Core::wait_for(const std::function<void()>& others) {
+  Lap lap(clock);
+  others();
+  lap.book(Pass::waiting);
+}
+
+bool Flow::Core::any_rank_has(long count) {
+  bool any = false;
+  wait_for([&] { any = ranks->ranks().any_of_all(count > 0); });
+  return any;
+}
+
 void Flow::Core::share_maxima() {
   if (!ranks) return;
-  const Ranks& all = ranks->ranks();
-  convection = all.max_of_all(convection);
-  p_max = all.max_of_all(p_max);
-  p_min = all.min_of_all(p_min);
+  wait_for([&] {
+    const Ranks& all = ranks->ranks();
+    convection = all.max_of_all(convection);
+    p_max = all.max_of_all(p_max);
+    p_min = all.min_of_all(p_min);
+  });
 }
 
 void Flow::Core::sum_borders(const std::array<std::unique_ptr<BorderSums>, 3>& sums, int axis) {
@@ -88,6 +102,7 @@ void Flow::Core::fill_ghosts_on_ranks(const std::function<void()>& meanwhile) {
     ranks->state.start(ctx.W);
     ends.fill_all(options.threads);
     meanwhile();
+    wait_for([&] { ranks->state.wait(); });
     ranks->state.finish(ctx.W);
     return;
   }
@@ -95,6 +110,7 @@ void Flow::Core::fill_ghosts_on_ranks(const std::function<void()>& meanwhile) {
     Halo& halo = ranks->state_by_axis[static_cast<std::size_t>(axis)];
     ends.fill_axis(axis, options.threads);
     halo.start(ctx.W);
+    wait_for([&] { halo.wait(); });
     halo.finish(ctx.W);
   }
   meanwhile();
@@ -133,20 +149,25 @@ long Flow::Core::run_stage_on_ranks() {
     if (BorderSums* sums = r.flux[static_cast<std::size_t>(axis)].get()) sums->start();
   }
   for (const std::size_t axis : {0, 1}) {
-    if (r.flux[axis]) r.flux[axis]->finish();
+    if (!r.flux[axis]) continue;
+    wait_for([&] { r.flux[axis]->wait(); });
+    r.flux[axis]->finish();
   }
   lap.book(Pass::ghosts);
   bulk_is_ready = true;
   if (n2 > 1) sweep_planes();
   else sweep_lines_of_plane();
   Lap rest(clock);
-  if (r.flux[2]) r.flux[2]->finish();
+  if (r.flux[2]) {
+    wait_for([&] { r.flux[2]->wait(); });
+    r.flux[2]->finish();
+  }
   rest.book(Pass::ghosts);
   box.filter = ctx.filter && !r.part.split(2);
   const long failures = update_rows();
   box.filter = ctx.filter;
   rest.book(Pass::sweep_z);
-  return r.ranks().any_of_all(failures > 0) ? 1 : 0;
+  return any_rank_has(failures) ? 1 : 0;
 }
 
 long Flow::Core::finish_on_ranks() {
@@ -157,6 +178,7 @@ long Flow::Core::finish_on_ranks() {
     if (sums == nullptr || !box.filter) return;
     sum_borders(r.filter, axis);
     sums->start();
+    wait_for([&] { sums->wait(); });
     sums->finish();
   };
   const auto for_all = [&](int count, const auto& body) {
@@ -183,7 +205,7 @@ long Flow::Core::finish_on_ranks() {
       return box.filter ? filter_plane(own, k) : kernels->finish_plane(box, k);
     });
   }
-  return r.ranks().any_of_all(failures > 0) ? 1 : 0;
+  return any_rank_has(failures) ? 1 : 0;
 }
 
 void Flow::Core::share_marks() {

@@ -9,10 +9,11 @@
 namespace ocublast::flow {
 
 /// Parts of a step whose processor time can be taken.
-enum class Pass : int { ghosts, sensors, stress, bulk, sweep_x, sweep_y, sweep_z, filter, other };
-inline constexpr std::size_t n_passes = 9;
+/// `waiting` for other ranks is counted in the part where it happens as well.
+enum class Pass : int { ghosts, sensors, stress, bulk, sweep_x, sweep_y, sweep_z, filter, other, waiting };
+inline constexpr std::size_t n_passes = 10;
 inline constexpr std::array<const char*, n_passes> pass_names{
-    "ghosts", "sensors", "stress", "bulk", "x sweep", "y sweep", "z sweep", "filter", "other"};
+    "ghosts", "sensors", "stress", "bulk", "x sweep", "y sweep", "z sweep", "filter", "other", "waiting"};
 
 /// Processor seconds of the first thread by pass. Off unless asked for: reading the clock is a call
 /// into the kernel.

@@ -67,6 +67,7 @@ void Flow::Core::fill_scalars(const Block& block, std::span<const int> fields, S
                                                    : (use == ScalarGhosts::average ? ranks->sensors : ranks->kappa);
     Halo& halo = halos[static_cast<std::size_t>(axis)];
     halo.start(block);
+    wait_for([&] { halo.wait(); });
     halo.finish(block);
   }
 }
@@ -144,7 +145,7 @@ void Flow::Core::prepare() {
       kernels->diffusivity_rows(box, own, k, j0, j1, maxima[static_cast<std::size_t>(k)]);
     });
     for (const PlaneMaxima& m : maxima) diffusion = std::max(diffusion, m.diffusion);
-    if (ranks) diffusion = ranks->ranks().max_of_all(diffusion);
+    if (ranks) wait_for([&] { diffusion = ranks->ranks().max_of_all(diffusion); });
     fill_scalars(ctx.W, std::array{static_cast<int>(field_kappa)}, ScalarGhosts::faces);
     if (ctx.nodal_stress) {
       // No other rank's mu is read: the fluxes at the borders are known.

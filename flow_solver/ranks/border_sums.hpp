@@ -22,6 +22,8 @@ class BorderSums {
   [[nodiscard]] const std::vector<BorderSum>& sums() const { return sums_; }
   void start();
   void poll() { exchange_->poll(); }
+  /// Until the other ranks' parts are there; `finish` does it where it has not been done, and adds them.
+  void wait() { exchange_->finish(); }
   void finish();
   /// Fluxes of the known faces at either end of the block, [group, face, component, lane]; null: no border.
   [[nodiscard]] const double* low() const { return low_ ? low_->total.data() : nullptr; }

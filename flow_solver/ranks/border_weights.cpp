@@ -43,7 +43,7 @@ std::vector<double> periodic_weights(const WholeLine& line, LineSolve solve, int
   const int known = known_faces(solve, line.scheme);
   const double alpha = solve == LineSolve::filter ? line.scheme.filter_alpha : make_flux_end_rows(line.scheme).alpha[4];
   const double decay = alpha > 0.0 ? (1.0 - std::sqrt(1.0 - 4.0 * alpha * alpha)) / (2.0 * alpha) : 0.5;
-  const int reach = known + static_cast<int>(std::ceil(std::log(1e-3 * least_weight) / std::log(decay)));
+  const int reach = known + static_cast<int>(std::ceil(std::log(1e-5 * least_weight) / std::log(decay)));
   const LineTable t = make_line_table(2 * reach, LineEnd::ghosted, LineEnd::ghosted, line.scheme);
   const std::vector<double> open = face_weights(t, solve, 0, reach);
   std::vector<double> v(static_cast<std::size_t>(line.n), 0.0);

@@ -27,9 +27,9 @@ struct BorderWeights {
   std::vector<double> weight;  ///< [node, face, parity class]
 };
 
-/// Dropped weights change a flux by less than least_weight / (1 - 0.70) of the largest value in the line,
-/// a tenth of its rounding.
-inline constexpr double least_weight = 1e-17;
+/// Dropped weights change a flux by less than least_weight / (1 - 0.70) = 3e-15 of the largest value in
+/// the line: some ten roundings.
+inline constexpr double least_weight = 1e-15;
 
 [[nodiscard]] constexpr int known_faces(LineSolve solve, const LineScheme& scheme) noexcept {
   return solve == LineSolve::filter ? known_filter_faces : known_flux_faces(scheme.eighth_order);

@@ -69,6 +69,10 @@ Traffic Halo::traffic() const {
   return t;
 }
 
+void Halo::wait() {
+  if (exchange_) exchange_->finish();
+}
+
 void Halo::finish(const Block& block) {
   if (!exchange_) return;
   exchange_->finish();

@@ -37,6 +37,8 @@ class Halo {
   Halo(const RankPart& part, HaloSpec spec);
   /// Packs and sends; the ghosts hold the neighbours' nodes after `finish`.
   void start(const Block& block);
+  /// Until the messages are there; `finish` does it where it has not been done, and unpacks.
+  void wait();
   void finish(const Block& block);
   /// What this rank sends each time.
   [[nodiscard]] Traffic traffic() const;

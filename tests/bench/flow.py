@@ -7,6 +7,7 @@ import os
 import statistics
 import subprocess
 
+import flow_ranks
 import reports
 
 PASSES = ("ghosts", "sensors", "stress", "bulk", "x sweep", "y sweep", "z sweep", "filter", "other")
@@ -112,7 +113,8 @@ def main():
     rates(options.build, options.quick, records)
     passes = roofline(options.build, options.quick, records)
     skipping(options.build, options.quick, records)
-    reports.write(options.out, "flow", "Flow: speed", records, [passes])
+    ranks = flow_ranks.section(options.build, options.quick, records)
+    reports.write(options.out, "flow", "Flow: speed", records, [passes, ranks])
 
 
 if __name__ == "__main__":

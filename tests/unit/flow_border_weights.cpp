@@ -66,8 +66,8 @@ void expect_sums_equal_the_solve(LineEnd low, LineEnd high, LineSolve which, boo
                    value(i + cuts[p]);
           }
         }
-        // Sixty terms of order one, each to 1e-16.
-        EXPECT_NEAR(sum, exact[static_cast<std::size_t>(face - t.face_begin)], 1e-14) << "face " << face << " class " << c;
+        // Sixty terms of order one, each to 1e-16, and what least_weight drops: 2 x 3e-15.
+        EXPECT_NEAR(sum, exact[static_cast<std::size_t>(face - t.face_begin)], 1.6e-14) << "face " << face << " class " << c;
       }
     }
   }
@@ -95,13 +95,13 @@ TEST(BorderWeights, OfAConstantAreOneOnAPeriodicLine) {
   }
 }
 
-TEST(BorderWeights, ReachAsFarAsTheInverseDecaysTo1em17) {
+TEST(BorderWeights, ReachAsFarAsTheInverseDecaysToTheLeastWeight) {
   const WholeLine line{.n = 1000, .low = LineEnd::ghosted, .high = LineEnd::ghosted, .scheme = {}};
-  // ln(1e-17) / ln(0.382) = 41 nodes for compact 6, 110 for the filter at 0.70, less the amplitude.
+  // ln(1e-15) / ln(0.382) = 36 nodes for compact 6, 97 for the filter at 0.70, less the amplitude.
   const BorderWeights flux = make_border_weights(line, LineSolve::flux, 500, 500, 1000);
   const BorderWeights filter = make_border_weights(line, LineSolve::filter, 500, 500, 1000);
-  EXPECT_NEAR(flux.last, 41, 3);
-  EXPECT_NEAR(filter.last, 110, 8);
+  EXPECT_NEAR(flux.last, 36, 3);
+  EXPECT_NEAR(filter.last, 97, 8);
   EXPECT_TRUE(make_border_weights(line, LineSolve::flux, 500, 600, 1000).weight.empty());
 }
 

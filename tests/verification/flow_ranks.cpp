@@ -1,5 +1,5 @@
 // The flow on two and four ranks gives what one rank gives, block by block: fluxes at the borders are
-// exact but for weights below 1e-17 and the order of additions.
+// exact but for weights below 1e-15 and the order of additions.
 
 #include <gtest/gtest.h>
 
