@@ -16,6 +16,7 @@ struct Tet4Kernels {
   using V = Lanes<W>;
   static constexpr int n_points = 1;
   static constexpr int n_reference = 10;
+  static constexpr int batches_ahead = 8;  ///< one group: the next one waits in the cache
 
   OCU_LANE_INLINE const double* reference(const BlockView& block, std::int64_t batch, int lane) {
     return block.reference + batch * n_reference * batch_lanes + lane;
@@ -32,6 +33,8 @@ struct Tet4Kernels {
         const std::int32_t* nodes = block.nodes + batch * 4 * batch_lanes + lane;
         const double* ref = reference(block, batch, lane);
         const auto p = batch - begin;
+        if (lane == 0)
+          prefetch(ref + batches_ahead * n_reference * batch_lanes, n_reference * batch_lanes);
         V n[4][3];
         for (int a = 0; a < 4; ++a) gather<W>(u, nodes + a * batch_lanes, n[a]);
         V g[9];

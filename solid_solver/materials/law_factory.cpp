@@ -9,7 +9,7 @@ bool has_instruction_set(InstructionSet set) {
   using enum InstructionSet;
   if (make_laws().front().kernels[static_cast<std::size_t>(set)].stress == nullptr) return false;
 #if defined(__x86_64__)
-  if (set == avx2) return __builtin_cpu_supports("avx2");
+  if (set == avx2) return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
   if (set == avx512)
     return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
            __builtin_cpu_supports("avx512vl");

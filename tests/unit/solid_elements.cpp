@@ -211,22 +211,29 @@ TEST_P(EachElement, ForcesAreTheDerivativeOfTheEnergyForEveryLaw) {
   }
 }
 
-TEST_P(EachElement, GivesTheSameBitsForAnyThreadsAndInstructionSet) {
+TEST_P(EachElement, GivesTheSameBitsForAnyThreadsAndTheSameForcesByAnyInstructionSet) {
   const auto& type = GetParam();
   const auto mesh = distorted(type);
   const auto d = wavy_field(mesh, type, 0.002);
   for (const auto& law : make_laws()) {
     const auto material = make_example(law, 1000.0);
-    Field reference(d.size());
-    make_assembly(mesh, material, type).compute_force(d, reference, 0.0);
-    for (const auto isa : {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512})
-      for (const int threads : {1, 3}) {
-        if (!has_instruction_set(isa)) continue;
-        Field f(d.size());
-        make_assembly(mesh, material, type, isa, threads).compute_force(d, f, 0.0);
-        EXPECT_EQ(f, reference) << law.name << ", instruction set " << static_cast<int>(isa)
-                                << ", threads " << threads;
-      }
+    Field best(d.size());
+    make_assembly(mesh, material, type).compute_force(d, best, 0.0);
+    const double scale = std::abs(*std::max_element(
+        best.begin(), best.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
+    for (const auto isa :
+         {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
+      if (!has_instruction_set(isa)) continue;
+      Field one(d.size());
+      Field three(d.size());
+      make_assembly(mesh, material, type, isa, 1).compute_force(d, one, 0.0);
+      make_assembly(mesh, material, type, isa, 3).compute_force(d, three, 0.0);
+      EXPECT_EQ(one, three) << law.name << ", instruction set " << static_cast<int>(isa);
+      // Fused multiply-adds round once where the others round twice: some hundred roundings of
+      // terms that the bulk modulus makes ten to a hundred times the sum.
+      for (std::size_t i = 0; i < one.size(); ++i)
+        EXPECT_NEAR(one[i], best[i], 1e-12 * scale) << law.name << static_cast<int>(isa);
+    }
   }
 }
 
