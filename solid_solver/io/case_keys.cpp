@@ -226,6 +226,7 @@ SolidCase read_solid_case(CaseReader& reader) {
   auto materials = read_materials(solid);
   if (have_mesh) result.setup.material_of_tissue = assign_materials(solid, materials, mesh.tissues);
   result.setup.materials = std::move(materials.materials);
+  if (have_mesh) check_fibres(solid, result.setup.materials, result.setup.material_of_tissue, mesh);
   read_integrator(solid.table("integrator", "time stepping"), result.setup);
   read_output(solid.table("output", "what is written"), result.common, result.output);
   read_groups(solid, mesh, result.setup);

@@ -174,4 +174,35 @@ std::vector<std::int32_t> assign_materials(Section& solid, const MaterialKeys& k
   return assigned;
 }
 
+void check_fibres(Section& solid, const std::vector<Material>& materials,
+                  std::span<const std::int32_t> material_of_tissue, const SolidMesh& mesh) {
+  constexpr double rounding = 1e-6;  // of lengths that went through single precision
+  const auto laws = make_laws();
+  std::vector<std::size_t> bad(mesh.tissues.size(), 0);
+  std::vector<std::string> first(mesh.tissues.size());
+  for (std::size_t c = 0; c < mesh.n_cells(); ++c) {
+    const auto cell = mesh.cell(c);
+    const auto tissue = static_cast<std::size_t>(cell.tissue);
+    const auto material = material_of_tissue[tissue];
+    if (material < 0) continue;
+    const std::size_t n = laws[materials[static_cast<std::size_t>(material)].law].n_fields;
+    if (n == 0) continue;
+    bool unit = !mesh.fibres.empty();
+    for (std::size_t k = 0; unit && k < n; k += 3) {
+      const double* f = &mesh.fibres[n * c + k];
+      unit = std::abs(std::hypot(f[0], f[1], f[2]) - 1.0) < rounding;
+    }
+    if (unit) continue;
+    if (bad[tissue]++ == 0) first[tissue] = fmt::format("{} {}", info(cell.shape).name, cell.index);
+  }
+  for (std::size_t t = 0; t < bad.size(); ++t)
+    if (bad[t] > 0)
+      solid.fault(
+          "mesh",
+          fmt::format("law {} of tissue '{}' needs two unit vectors per cell in "
+                      "fibres/SHAPE [n, 6]; {} cells have none (the first is {})",
+                      laws[materials[static_cast<std::size_t>(material_of_tissue[t])].law].name,
+                      mesh.tissues[t], bad[t], first[t]));
+}
+
 }  // namespace ocublast::solid

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
 #include "coupler/base/case_reader.hpp"
 #include "solid_solver/materials/material.hpp"
+#include "solid_solver/mesh/solid_mesh.hpp"
 
 namespace ocublast::solid {
 
@@ -21,5 +23,10 @@ struct MaterialKeys {
 /// Material per tissue of the mesh (-1 where none, noted as a fault).
 [[nodiscard]] std::vector<std::int32_t> assign_materials(Section& solid, const MaterialKeys& keys,
                                                          const std::vector<std::string>& tissues);
+
+/// Notes tissues whose law needs fibre directions that the mesh does not have, or has not as unit
+/// vectors. Tissues without a material (-1) are passed over.
+void check_fibres(Section& solid, const std::vector<Material>& materials,
+                  std::span<const std::int32_t> material_of_tissue, const SolidMesh& mesh);
 
 }  // namespace ocublast::solid

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "coupler/base/errors.hpp"
 #include "coupler/base/hdf5_file.hpp"
 
@@ -41,6 +43,21 @@ void check_format(const Hdf5File& file, const std::string& where) {
   }
 }
 
+/// Fibres of all cells where any shape has them; of the other shapes' cells zero.
+void read_fibres(const Hdf5File& file, const std::string& where, SolidMesh& mesh) {
+  for (const auto& shape : shapes) {
+    const auto name = fmt::format("fibres/{}", shape.name);
+    if (!file.has(name)) continue;
+    const auto fibres = read_table<double>(file, where, name, 6);
+    if (fibres.size() != 6 * mesh.count(shape.shape))
+      throw CaseError(fmt::format("{}: {} has {} rows, cells/{} has {}", where, name,
+                                  fibres.size() / 6, shape.name, mesh.count(shape.shape)));
+    mesh.fibres.resize(6 * mesh.n_cells(), 0.0);
+    std::copy(fibres.begin(), fibres.end(),
+              mesh.fibres.begin() + static_cast<long>(6 * mesh.first_cell(shape.shape)));
+  }
+}
+
 }  // namespace
 
 SolidMesh read_mesh(const std::filesystem::path& path) try {
@@ -54,9 +71,8 @@ SolidMesh read_mesh(const std::filesystem::path& path) try {
     cells.nodes =
         read_table<std::int32_t>(file, where, fmt::format("cells/{}", shape.name), shape.n_nodes);
     cells.tissue = read_table<std::int32_t>(file, where, fmt::format("tissue/{}", shape.name), 0);
-    const auto fibres = read_table<double>(file, where, fmt::format("fibres/{}", shape.name), 6);
-    mesh.fibres.insert(mesh.fibres.end(), fibres.begin(), fibres.end());
   }
+  read_fibres(file, where, mesh);
   if (file.has("tissues")) mesh.tissues = file.read_text("tissues");
   for (const auto& name : file.list("node_sets"))
     mesh.node_sets[name] = read_table<std::int32_t>(file, where, "node_sets/" + name, 0);

@@ -6,6 +6,7 @@
 #include "coupler/base/hdf5_file.hpp"
 #include "solid_solver/mesh/mesh_check.hpp"
 #include "tests/support/solid_files.hpp"
+#include "tests/support/solid_materials.hpp"
 
 namespace ocublast::solid {
 namespace {
@@ -95,6 +96,25 @@ TEST(SolidBadInput, WetSurfaceMustBeClosedAndOutward) {
   for (auto& f : inward.face_sets["wet"]) std::swap(f[1], f[3]);
   EXPECT_NE(check_closed_surface(inward, "wet").at(0).find("point inward"), std::string::npos);
   EXPECT_TRUE(check_closed_surface(block(), "wet").empty());
+}
+
+TEST(SolidBadInput, MissingFibresAreFoundBeforeTheStart) {
+  const std::string cornea =
+      "[[solid.material]]\nname = \"cornea\"\ntissues = [\"block\"]\nlaw = "
+      "\"holzapfel_gasser_ogden\"\ndensity_kg_m3 = 1000.0\nshear_modulus_Pa = 1e5\n"
+      "bulk_modulus_Pa = 1e7\nk1_Pa = 1e5\nk2 = 10.0\n"
+      "dispersion = 0.1\n";
+  Folder folder;
+  auto outcome = check(folder, cornea);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "law holzapfel_gasser_ogden of tissue 'block' needs two unit vectors");
+  EXPECT_SAYS(outcome, "8 cells have none (the first is hex8 0)");
+  auto mesh = block();
+  mesh.fibres = make_fibres(mesh.n_cells());
+  mesh.fibres[6 * 3] = 0.0;
+  outcome = check(folder, cornea, mesh);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "1 cells have none (the first is hex8 3)");
 }
 
 TEST(SolidBadInput, NodeMovedByTwoEntriesIsNamed) {
