@@ -51,11 +51,12 @@ TEST_P(BendingTable, OverRefinementAndBulkModulus) {
   std::printf("| element | N | K/G | largest u_x, m (2.87) | energy error |\n");
   for (const double ratio : {10.0, 1e3, 1e4, 1e5})
     for (const int n : {2, 4, 8}) {
-      // Cost grows by 16 with N and by the root of K/G: the corner of the table is left out.
-      if (n == 8 && (ratio > 1e3 || type.shape == Shape::tet10)) continue;
+      // Cost grows by 16 with N and by the root of K/G: the corner of the table is left to the
+      // hexes that are to stand it.
+      const bool proven = type.name == "hex8_q1p0" || type.name == "hex8_one_point";
+      if (n == 8 && ((ratio > 1e3 && !proven) || type.shape == Shape::tet10)) continue;
       if (n == 4 && ratio > 1e4 && type.shape == Shape::tet10) continue;
       const double largest = bend(type, n, ratio);
-      const bool proven = type.name == "hex8_q1p0" || type.name == "hex8_one_point";
       if (proven && n >= 4) {
         EXPECT_NEAR(largest, 2.87, 0.01 * 2.87);
       }

@@ -2,13 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <functional>
-
-#include "tests/support/solid_runs.hpp"
-
 namespace ocublast::solid {
 namespace {
 

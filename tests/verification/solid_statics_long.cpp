@@ -31,6 +31,19 @@ TEST(ThickSphere, InflatesByTheExactPressureYeoh) {
   });
 }
 
+TEST(ThickSphere, InflatesByTheExactPressureHolzapfelGasserOgden) {
+  // Two families in the surface, psi = G/2 (I1 - 3) + 2 k1/(2 k2) (exp(k2 E^2) - 1),
+  // E = kappa (I1 - 3) + (1 - 3 kappa) (l^2 - 1).
+  const double G = 5e4, k1 = 2e4, k2 = 2.0, kappa = 0.1, K = 1e8;
+  check_inflation("holzapfel_gasser_ogden", {G, k1, k2, kappa, K}, 24, 12, 2.3e4, [&](double l) {
+    const double I1 = 2.0 * l * l + std::pow(l, -4.0);
+    const double I1_slope = 4.0 * l - 4.0 * std::pow(l, -5.0);
+    const double E = kappa * (I1 - 3.0) + (1.0 - 3.0 * kappa) * (l * l - 1.0);
+    const double E_slope = kappa * I1_slope + (1.0 - 3.0 * kappa) * 2.0 * l;
+    return 0.5 * G * I1_slope + 2.0 * k1 * E * std::exp(k2 * E * E) * E_slope;
+  });
+}
+
 TEST(ThickSphere, InflatesByTheExactPressureOgden) {
   // Two terms, psi = sum mu/alpha (sum l^alpha - 3).
   const double mu1 = 6e4, a1 = 2.5, mu2 = -2e4, a2 = -1.5, K = 1e8;
