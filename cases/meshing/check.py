@@ -11,6 +11,7 @@ from meshing.mesh_file import Mesh, read_mesh
 
 STEP_FACTOR = 0.7  # of V / (A_max c) for hexes; of altitude / c for tets 0.8
 TET_STEP_FACTOR = 0.8
+TEN_NODE_STEP_FACTOR = 0.4  # its nodes in the middle of edges halve the distance
 
 
 def check(file: Path, sound_speed: float) -> tuple[list[str], list[str]]:
@@ -33,7 +34,7 @@ def check(file: Path, sound_speed: float) -> tuple[list[str], list[str]]:
             return lines, faults
     duplicates = quality.duplicate_nodes(mesh.nodes)
     lines.append(f"duplicate nodes: {duplicates}")
-    for kind in ("hex8", "tet4"):
+    for kind in mesh.tissue:
         if kind in mesh.cells:
             _check_volume(mesh, kind, sound_speed, lines, faults)
     for name, faces in mesh.face_sets.items():
@@ -53,10 +54,18 @@ def _check_volume(mesh: Mesh, kind: str, c: float, lines: list[str], faults: lis
         lines.append(f"hex8 scaled Jacobian: min {scaled.min():.3f}, 1 % {one:.3f}, "
                      f"5 % {five:.3f}, mean {scaled.mean():.3f}")
         lengths, factor = quality.hex_lengths(mesh.nodes, cells), STEP_FACTOR
+    elif kind == "quad4":  # per metre of thickness
+        corners = quality.quad_corner_areas(mesh.nodes, cells)
+        volumes, inverted = corners.mean(axis=1), np.flatnonzero(corners.min(axis=1) <= 0.0)
+        sides = np.roll(mesh.nodes[cells], -1, axis=1) - mesh.nodes[cells]
+        lengths = volumes / np.linalg.norm(sides, axis=2).max(axis=1)
+        factor = STEP_FACTOR
     else:
-        volumes = quality.tet_volumes(mesh.nodes, cells)
-        inverted = np.flatnonzero(volumes <= 0.0)
-        lengths, factor = quality.tet_lengths(mesh.nodes, cells), TET_STEP_FACTOR
+        tets = quality.wedge_tets(cells) if kind == "wedge6" else cells[:, :4]
+        parts = quality.tet_volumes(mesh.nodes, tets).reshape(len(cells), -1)
+        volumes, inverted = parts.sum(axis=1), np.flatnonzero(parts.min(axis=1) <= 0.0)
+        lengths = quality.tet_lengths(mesh.nodes, tets).reshape(len(cells), -1).min(axis=1)
+        factor = TEN_NODE_STEP_FACTOR if kind == "tet10" else TET_STEP_FACTOR
     if len(inverted):
         faults.append(f"{kind}: {len(inverted)} inverted cells, the first is {inverted[0]} near "
                       f"{mesh.nodes[cells[inverted[0]]].mean(axis=0)} m")

@@ -1,6 +1,7 @@
 """Meshes of other programs, read by meshio: Gmsh 4.1, Abaqus .inp, Exodus, VTU, STL, OBJ.
 
-Volume cells are 8-node hexes and 4-node tets; triangles alone make a surface. Tissues come from
+Volume cells are 8-node hexes, tets of 4 and 10 nodes and 6-node wedges. Quads alone that lie in the
+plane z = 0 make a plane mesh, whose faces are its edges; other triangles and quads a surface. Tissues come from
 named groups (Gmsh physical volumes, Abaqus and Exodus element sets) or else from an integer cell
 field called `tissue`. Named groups of faces become face sets, turned outward; point sets become node
 sets. Without a face set `wet` the whole boundary of the volume cells becomes it.
@@ -14,13 +15,15 @@ from pathlib import Path
 import meshio
 import numpy as np
 
+from meshing import quality
 from meshing.mesh_file import Mesh, MeshError
-from meshing.quality import boundary_faces
 from meshing.surfaces import merge_points
 
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
-VOLUME_KINDS = {"hexahedron": "hex8", "tetra": "tet4"}
-FACE_KINDS = ("quad", "triangle")
+VOLUME_KINDS = {"hexahedron": "hex8", "tetra": "tet4", "tetra10": "tet10", "wedge": "wedge6"}
+FACE_KINDS = {"quad": 4, "triangle": 3, "triangle6": 3}  # corners
+PLANE_KINDS = {"quad": "quad4"}
+EDGE_KINDS = {"line": 2}
 IGNORED_KINDS = ("vertex", "line")
 
 
@@ -35,15 +38,18 @@ def convert(file: Path, length_unit: str = "m") -> Mesh:
     for block in source.cells:
         if block.type not in (*VOLUME_KINDS, *FACE_KINDS, *IGNORED_KINDS):
             raise MeshError(
-                f"{file}: cells of type {block.type}; accepted are 8-node hexes, 4-node tets and "
-                "flat surfaces of triangles and quads: make a first-order mesh"
+                f"{file}: cells of type {block.type}; accepted are 8-node hexes, tets of 4 and 10 nodes, "
+                "6-node wedges and surfaces of triangles and quads: make a first-order mesh"
             )
     points = np.asarray(source.points, dtype=float)
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     points = points * LENGTH_UNITS[length_unit]
-    if any(block.type in VOLUME_KINDS for block in source.cells):
-        mesh = _volume_mesh(source, points, file)
+    types = {block.type for block in source.cells} - set(IGNORED_KINDS)
+    if types & set(VOLUME_KINDS):
+        mesh = _volume_mesh(source, points, file, VOLUME_KINDS, FACE_KINDS)
+    elif types == {"quad"} and not points[:, 2].any():
+        mesh = _volume_mesh(source, points, file, PLANE_KINDS, EDGE_KINDS)
     else:
         mesh = _surface_mesh(source, points, file)
     return _without_loose_nodes(mesh)
@@ -54,14 +60,15 @@ def _clean(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_.-]+", "_", name.strip()) or "unnamed"
 
 
-def _groups(source: meshio.Mesh) -> dict[str, list[np.ndarray]]:
+def _groups(source: meshio.Mesh, kinds: dict, faces: dict) -> dict[str, list[np.ndarray]]:
     """Named groups of cells: for each cell block the indices that belong to it."""
     groups: dict[str, list[np.ndarray]] = {}
     empty = np.empty(0, dtype=int)
     tags = source.cell_data.get("gmsh:physical")
     if tags is not None:
+        top = 2 if kinds is PLANE_KINDS else 3
         for name, (tag, dimension) in source.field_data.items():
-            wanted = {3: tuple(VOLUME_KINDS), 2: FACE_KINDS}.get(int(dimension), ())
+            wanted = {top: kinds, top - 1: faces}.get(int(dimension), {})
             groups[_clean(name)] = [
                 np.flatnonzero(tags[b] == tag) if block.type in wanted else empty
                 for b, block in enumerate(source.cells)
@@ -75,36 +82,41 @@ def _groups(source: meshio.Mesh) -> dict[str, list[np.ndarray]]:
     return groups
 
 
-def _volume_mesh(source: meshio.Mesh, points: np.ndarray, file: Path) -> Mesh:
+def _volume_mesh(source: meshio.Mesh, points: np.ndarray, file: Path, kinds: dict, faces: dict) -> Mesh:
+    """`kinds` of cells make the body, `faces` bound it."""
     mesh = Mesh(nodes=points)
-    groups = _groups(source)
-    blocks: dict[str, list[int]] = {"hex8": [], "tet4": []}
+    groups = _groups(source, kinds, faces)
+    blocks: dict[str, list[int]] = {kind: [] for kind in kinds.values()}
     for b, block in enumerate(source.cells):
-        if block.type in VOLUME_KINDS:
-            blocks[VOLUME_KINDS[block.type]].append(b)
-    names, tissue_of_block = _tissues(source, groups)
+        if block.type in kinds:
+            blocks[kinds[block.type]].append(b)
+    names, tissue_of_block = _tissues(source, groups, kinds)
     mesh.tissues = names
     for kind, members in blocks.items():
         if members:
             mesh.cells[kind] = np.concatenate([source.cells[b].data for b in members]).astype(np.int32)
             mesh.tissue[kind] = np.concatenate([tissue_of_block[b] for b in members]).astype(np.int32)
+    if "quad4" in mesh.cells:  # counter-clockwise
+        quads = mesh.cells["quad4"]
+        clockwise = quality.quad_corner_areas(points, quads).sum(axis=1) < 0.0
+        quads[clockwise] = quads[clockwise][:, ::-1]
     mesh.node_sets = {
         _clean(name): np.unique(np.asarray(nodes, dtype=np.int32))
         for name, nodes in (source.point_sets or {}).items()
     }
-    boundary = boundary_faces(mesh.cells)
-    mesh.face_sets = _face_sets(source, groups, boundary, file)
+    boundary = quality.boundary_faces(mesh.cells)
+    mesh.face_sets = _face_sets(source, groups, boundary, file, faces)
     mesh.face_sets.setdefault("wet", boundary)
     return mesh
 
 
-def _tissues(source, groups) -> tuple[list[str], dict[int, np.ndarray]]:
+def _tissues(source, groups, kinds) -> tuple[list[str], dict[int, np.ndarray]]:
     """Names, and per cell block the tissue of each cell; cells in no group are `unnamed`."""
     tissue = {b: np.full(len(block.data), -1) for b, block in enumerate(source.cells)}
     names: list[str] = []
     for name, chosen in groups.items():
         hits = [b for b, block in enumerate(source.cells)
-                if block.type in VOLUME_KINDS and len(chosen[b])]
+                if block.type in kinds and len(chosen[b])]
         fresh = [b for b in hits if np.any(tissue[b][chosen[b]] < 0)]
         if not fresh:  # no volume cells, or a second name for cells that have one
             continue
@@ -114,13 +126,13 @@ def _tissues(source, groups) -> tuple[list[str], dict[int, np.ndarray]]:
             tissue[b][free] = len(names) - 1
     if not names and "tissue" in source.cell_data:
         values = source.cell_data["tissue"]
-        volume = [b for b, block in enumerate(source.cells) if block.type in VOLUME_KINDS]
+        volume = [b for b, block in enumerate(source.cells) if block.type in kinds]
         found = np.unique(np.concatenate([np.asarray(values[b], dtype=int) for b in volume]))
         names = [f"tissue_{value}" for value in found]
         for b in volume:
             tissue[b] = np.searchsorted(found, np.asarray(values[b], dtype=int))
     left = [b for b, block in enumerate(source.cells)
-            if block.type in VOLUME_KINDS and np.any(tissue[b] < 0)]
+            if block.type in kinds and np.any(tissue[b] < 0)]
     if left:
         names.append("unnamed")
         for b in left:
@@ -128,17 +140,18 @@ def _tissues(source, groups) -> tuple[list[str], dict[int, np.ndarray]]:
     return names, tissue
 
 
-def _face_sets(source, groups, boundary: np.ndarray, file: Path) -> dict[str, np.ndarray]:
+def _face_sets(source, groups, boundary: np.ndarray, file: Path, kinds: dict) -> dict[str, np.ndarray]:
     """Groups of faces as sets, each face in the outward order of the boundary."""
     outward = {tuple(sorted(face)): face for face in boundary.tolist()}
     sets: dict[str, np.ndarray] = {}
     for name, chosen in groups.items():
         faces = []
         for b, block in enumerate(source.cells):
-            if block.type not in FACE_KINDS or not len(chosen[b]):
+            if block.type not in kinds or not len(chosen[b]):
                 continue
-            for nodes in block.data[chosen[b]].tolist():
-                key = tuple(sorted(nodes if len(nodes) == 4 else [*nodes, -1]))
+            corners = kinds[block.type]
+            for nodes in block.data[chosen[b]][:, :corners].tolist():
+                key = tuple(sorted([*nodes, *[-1] * (4 - corners)]))
                 if key not in outward:
                     raise MeshError(
                         f"{file}: face set {name} holds a face that is not on the outside of the "

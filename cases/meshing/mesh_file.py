@@ -1,11 +1,13 @@
 """The mesh format: HDF5 with an XDMF index beside it, which ParaView opens as it is.
 
     nodes                float64 [n, 3]   m
-    cells/hex8           int32   [m, 8]   VTK order (also cells/tet4 [m, 4], cells/tri3 [m, 3])
-    tissue/hex8          int32   [m]      index into `tissues` (also tissue/tet4)
+    cells/hex8           int32   [m, 8]   VTK order (also tet4 [m, 4], tet10 [m, 10], wedge6 [m, 6];
+                                          quad4 [m, 4] of a plane mesh; tri3 [m, 3] of a surface)
+    tissue/hex8          int32   [m]      index into `tissues` (also of the others but tri3)
     tissues              text    [k]      fixed-length
     node_sets/NAME       int32   [j]
-    face_sets/NAME       int32   [j, 4]   seen from outside counter-clockwise; 4th -1: a triangle
+    face_sets/NAME       int32   [j, 4]   seen from outside counter-clockwise; 4th -1: a triangle (of
+                                          the corners of a tet10); 3rd as well: an edge of a quad4
 """
 
 from __future__ import annotations
@@ -19,8 +21,9 @@ import numpy as np
 
 FORMAT = "ocublast-mesh"
 VERSION = 1
-NODES_PER_CELL = {"hex8": 8, "tet4": 4, "tri3": 3}
-XDMF_TOPOLOGY = {"hex8": "Hexahedron", "tet4": "Tetrahedron", "tri3": "Triangle"}
+NODES_PER_CELL = {"hex8": 8, "tet4": 4, "tet10": 10, "wedge6": 6, "quad4": 4, "tri3": 3}
+XDMF_TOPOLOGY = {"hex8": "Hexahedron", "tet4": "Tetrahedron", "tet10": "Tetrahedron_10", "wedge6": "Wedge",
+                 "quad4": "Quadrilateral", "tri3": "Triangle"}
 
 
 @dataclass

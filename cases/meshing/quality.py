@@ -9,6 +9,10 @@ HEX_FACES = np.array(
     [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
 )
 TET_FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+WEDGE_TRIANGLES = np.array([(0, 2, 1), (3, 4, 5)])
+WEDGE_QUADS = np.array([(0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)])
+WEDGE_TETS = np.array([(0, 1, 2, 5), (0, 1, 5, 4), (0, 4, 5, 3)])  # each of a sixth of its volume or so
+QUAD_EDGES = np.array([(0, 1), (1, 2), (2, 3), (3, 0)])
 # At each hex corner its three neighbours, so ordered that a cube gives +1.
 HEX_CORNERS = np.array(
     [(0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7),
@@ -81,14 +85,32 @@ def tet_lengths(nodes: np.ndarray, tets: np.ndarray) -> np.ndarray:
     return 3.0 * tet_volumes(nodes, tets) / largest
 
 
+def wedge_tets(cells: np.ndarray) -> np.ndarray:
+    """The three tets [3 m, 4] that make each wedge, wedge after wedge."""
+    return cells[:, WEDGE_TETS].reshape(-1, 4)
+
+
+def quad_corner_areas(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Area [m, 4] that the sides at each corner of plane quads span (m^2), negative when clockwise; the
+    area of a quad is half their mean."""
+    p = nodes[cells][:, :, :2]
+    after, before = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
+    return after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
+
+
 def boundary_faces(cells: dict[str, np.ndarray]) -> np.ndarray:
-    """Faces that belong to one cell only, outward [k, 4]; triangles carry -1 as fourth node."""
+    """Faces that belong to one cell only, outward [k, 4]; triangles carry -1 as fourth node, edges of
+    plane quads as third and fourth."""
     faces = []
-    if "hex8" in cells:
-        faces.append(cells["hex8"][:, HEX_FACES].reshape(-1, 4))
-    if "tet4" in cells:
-        triangles = cells["tet4"][:, TET_FACES].reshape(-1, 3)
-        faces.append(np.column_stack([triangles, np.full(len(triangles), -1)]))
+
+    def add(corners: np.ndarray, which: np.ndarray) -> None:
+        found = corners[:, which].reshape(-1, which.shape[1])
+        faces.append(np.pad(found, ((0, 0), (0, 4 - which.shape[1])), constant_values=-1))
+
+    for kind, which in (("hex8", HEX_FACES), ("tet4", TET_FACES), ("tet10", TET_FACES),
+                        ("wedge6", WEDGE_TRIANGLES), ("wedge6", WEDGE_QUADS), ("quad4", QUAD_EDGES)):
+        if kind in cells:
+            add(cells[kind], which)
     if not faces:
         return np.empty((0, 4), dtype=np.int32)
     faces = np.concatenate(faces)

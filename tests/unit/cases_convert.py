@@ -129,8 +129,78 @@ class ConvertTest(unittest.TestCase):
         # OBJ is written with about 7 digits.
         self.assertAlmostEqual(figures.volume, 212.2e-6, delta=1e-4 * 212.2e-6 * 10)
 
-    def test_second_order_cells_are_refused_with_the_remedy(self):
-        source = meshio.Mesh(np.random.default_rng(1).random((10, 3)), [("tetra10", [range(10)])])
+    def gmsh_mesh(self, dimension: int, order: int = 1, extrude: bool = False, quads: bool = False):
+        """A unit cube or square of Gmsh itself, with groups "fat" and "held" (its face or edge 1)."""
+        try:
+            import gmsh
+        except ImportError:
+            self.skipTest("python3-gmsh is not installed")
+        file = str(Path(self.folder.name) / "made.msh")
+        gmsh.initialize()
+        try:
+            gmsh.option.setNumber("General.Terminal", 0)
+            if dimension == 3 and not extrude:
+                gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+            else:
+                square = gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+                if extrude:
+                    gmsh.model.occ.extrude([(2, square)], 0, 0, 1, [2], recombine=True)
+            gmsh.model.occ.synchronize()
+            gmsh.model.setPhysicalName(dimension, gmsh.model.addPhysicalGroup(dimension, [1]), "fat")
+            gmsh.model.setPhysicalName(dimension - 1, gmsh.model.addPhysicalGroup(dimension - 1, [1]), "held")
+            gmsh.option.setNumber("Mesh.MeshSizeMax", 0.5)
+            if quads:
+                gmsh.option.setNumber("Mesh.RecombineAll", 1)
+                gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 2)
+            gmsh.model.mesh.generate(dimension)
+            gmsh.model.mesh.setOrder(order)
+            gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+            gmsh.write(file)
+        finally:
+            gmsh.finalize()
+        return convert(Path(file), "m")
+
+    def test_tets_of_ten_nodes_keep_their_sets(self):
+        mesh = self.gmsh_mesh(3, order=2)
+        cells = mesh.cells["tet10"]
+        self.assertAlmostEqual(quality.tet_volumes(mesh.nodes, cells[:, :4]).sum(), 1.0, delta=1e-12)
+        # The order of the middles is VTK's: 01, 12, 02, 03, 13, 23.
+        for k, (a, b) in enumerate([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]):
+            middle = 0.5 * (mesh.nodes[cells[:, a]] + mesh.nodes[cells[:, b]])
+            np.testing.assert_allclose(mesh.nodes[cells[:, 4 + k]], middle, atol=1e-12)
+        self.assertEqual(mesh.tissues, ["fat"])
+        wet = quality.SurfaceFigures(mesh.nodes, mesh.face_sets["wet"])
+        self.assertTrue(wet.closed and wet.outward)
+        held = mesh.nodes[mesh.face_sets["held"][:, :3]]
+        np.testing.assert_allclose(held[:, :, 0], 0.0, atol=1e-12)
+        area = 0.5 * np.cross(held[:, 1] - held[:, 0], held[:, 2] - held[:, 0]).sum(axis=0)
+        np.testing.assert_allclose(area, [-1.0, 0.0, 0.0], atol=1e-12)  # outward
+
+    def test_wedges_are_read(self):
+        mesh = self.gmsh_mesh(3, extrude=True)
+        tets = quality.wedge_tets(mesh.cells["wedge6"])
+        volumes = quality.tet_volumes(mesh.nodes, tets)
+        self.assertGreater(volumes.min(), 0.0)
+        self.assertAlmostEqual(volumes.sum(), 1.0, delta=1e-12)
+        wet = quality.SurfaceFigures(mesh.nodes, mesh.face_sets["wet"])
+        self.assertTrue(wet.closed and wet.outward)
+        self.assertEqual(mesh.tissues, ["fat"])
+        self.assertGreater(len(mesh.face_sets["held"]), 0)
+
+    def test_flat_quads_make_a_plane_mesh(self):
+        mesh = self.gmsh_mesh(2, quads=True)
+        corners = quality.quad_corner_areas(mesh.nodes, mesh.cells["quad4"])
+        self.assertGreater(corners.min(), 0.0)  # counter-clockwise
+        self.assertAlmostEqual(corners.mean(axis=1).sum(), 1.0, delta=1e-12)
+        held = mesh.face_sets["held"]
+        self.assertTrue((held[:, 2:] == -1).all())
+        # The bottom, run through with the body on the left.
+        way = mesh.nodes[held[:, 1]] - mesh.nodes[held[:, 0]]
+        np.testing.assert_allclose(way.sum(axis=0), [1.0, 0.0, 0.0], atol=1e-12)
+        self.assertEqual(mesh.tissues, ["fat"])
+
+    def test_unknown_cells_are_refused_with_the_remedy(self):
+        source = meshio.Mesh(np.random.default_rng(1).random((20, 3)), [("hexahedron20", [range(20)])])
         with self.assertRaisesRegex(MeshError, "make a first-order mesh"):
             convert(self.written("q.vtu", source))
 
