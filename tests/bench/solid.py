@@ -27,6 +27,33 @@ def own_records(build, quick):
     return [json.loads(line) for line in output.splitlines()]
 
 
+# What Open MPI needs to start as root and to leave binding to the system.
+MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+       "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_btl": "self,vader"}
+
+
+def rank_records(build, quick):
+    """Two ranks against one on the block, in alternating runs; the load of the machine beside it."""
+    program = [os.path.join(build, "bin", "solid_rank_speed"), "16" if quick else "40", "10" if quick else "30"]
+    environment = {**os.environ, **MPI, "OMP_NUM_THREADS": "1"}
+    ratios, bests = [], {}
+    for _ in range(2 if quick else 5):
+        walls = {}
+        for ranks in (1, 2):
+            done = subprocess.run(["mpirun", "-n", str(ranks), *program], check=True, capture_output=True, text=True,
+                                  env=environment)
+            walls[ranks] = json.loads(done.stdout)["wall_step"]
+            bests[ranks] = min(bests.get(ranks, 1e9), walls[ranks])
+        ratios.append(walls[1] / walls[2])
+    ratios.sort()
+    return [reports.record("solid_speed", "block_40", "hex8_q1p0_two_ranks", ratios[len(ratios) // 2], "speed-up",
+                           target=1.8, better="higher"),
+            reports.record("solid_speed", "block_40", "hex8_q1p0_two_ranks_best_runs", bests[1] / bests[2], "speed-up",
+                           target=1.8, better="higher"),
+            reports.record("solid_speed", "block_40", "load_of_the_machine", os.getloadavg()[0], "processes",
+                           better="lower")]
+
+
 def write_block(path, cells, steps, step):
     """CalculiX input of the block with `cells` hexes along each edge."""
     edge = cells + 1
@@ -92,6 +119,8 @@ def roofline(records):
 def main():
     options = reports.arguments(__doc__)
     records = own_records(options.build, options.quick)
+    if shutil.which("mpirun"):
+        records += rank_records(options.build, options.quick)
     if shutil.which("ccx"):
         cells = 12 if options.quick else 40
         rate = calculix_rate(cells, (4, 24) if options.quick else (4, 16))
