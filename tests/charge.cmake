@@ -14,6 +14,8 @@ ocublast_test(NAME test_charge_kingery_bulmash LABEL validation SOURCES verifica
               LIBRARIES ocublast_flow_waves TIMEOUT 120)
 ocublast_test(NAME test_charge_mapping LABEL verification SOURCES verification/charge_mapping.cpp
               LIBRARIES ocublast_flow TIMEOUT 120)
+ocublast_test(NAME test_charge_runs LABEL verification SOURCES verification/charge_runs.cpp
+              LIBRARIES ocublast_flow TIMEOUT 120)
 foreach(name kingery_bulmash mapping)
   target_include_directories(test_charge_${name} PRIVATE ${CMAKE_SOURCE_DIR})
 endforeach()
