@@ -1,7 +1,8 @@
 # Tests of this part; see ocublast_test in CMakeLists.txt.
 ocublast_test(NAME test_immersed_geometry LABEL unit SOURCES unit/immersed_geometry.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
-ocublast_test(NAME test_immersed_boundary LABEL unit SOURCES unit/immersed_boundary.cpp
+ocublast_test(NAME test_immersed_boundary LABEL unit
+  SOURCES unit/immersed_boundary.cpp unit/immersed_ghosts.cpp unit/immersed_readout.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
 ocublast_test(NAME test_immersed_rigid LABEL unit SOURCES unit/immersed_rigid.cpp
   LIBRARIES ocublast_flow_immersed ocublast_flow_grid)
