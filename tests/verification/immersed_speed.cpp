@@ -74,9 +74,11 @@ TEST(ImmersedSpeed, OfTopologyAndGhostsAt128Cubed) {
       std::printf(", move %.1f ms, stage after it %.1f ms (%.0f ns per ghost), topology %.0f ms",
                   move, moved_stage, 1e6 * moved_stage / ghosts, again);
     } else {
-      bodies.update_topology(W.view());
-      const double again = clock.lap();
-      std::printf(", topology again %.3f ms", again);
+      // Many of them: threads that still wait after the last parallel work would count in one.
+      constexpr int times = 200;
+      for (int n = 0; n < times; ++n) bodies.update_topology(W.view());
+      const double again = clock.lap() / times;
+      std::printf(", topology again %.4f ms", again);
       EXPECT_LT(again, 1.0);
     }
     std::printf("\n");
