@@ -49,10 +49,13 @@ struct KnownEnd {
 };
 
 /// Weights of nodes [first, last) in the fluxes of `faces` faces around a border (border_weights.hpp):
-/// [node, face, parity class].
+/// [node, face, parity class]. Those of nodes outside [near_first, near_last) are the first face's times
+/// `ratio` [face, parity class].
 struct BorderSum {
   int first = 0, last = 0, faces = 0;
+  int near_first = 0, near_last = 0;
   const double* weight = nullptr;
+  const double* ratio = nullptr;
   double* out = nullptr;  ///< [line group, face, component, lane]
 };
 

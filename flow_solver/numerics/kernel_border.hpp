@@ -20,10 +20,34 @@ OCU_INLINE Vec border_weight(const BorderSum& sum, int i, int m, int q) {
   return splat(sum.weight[(static_cast<Index>(i - sum.first) * sum.faces + m) * n_classes + class_of<D>(q)]);
 }
 
+/// Whether nodes [n0, n1) are all in the far part of the sum, where one sum serves every face.
+OCU_INLINE bool all_far(const BorderSum& sum, int n0, int n1) { return n1 <= sum.near_first || n0 >= sum.near_last; }
+
+/// Adds a sum of far nodes, weighted for the first face, to those of all faces.
+template <int D>
+OCU_INLINE void add_far(const BorderSum& sum, const Vec far[5], double* out) {
+  for (int m = 0; m < sum.faces; ++m) {
+    for (int q = 0; q < 5; ++q) {
+      double* at = out + (m * 5 + q) * tile_width;
+      store(at, madd(splat(sum.ratio[m * n_classes + class_of<D>(q)]), far[q], load(at)));
+    }
+  }
+}
+
 /// Adds the fluxes of nodes [n0, n1) to the sums of one line group.
 template <int D, int Visc, int Faces>
 OCU_INLINE void add_border_flux(const GasVec& gas, const Source& src, const BorderSum& sum, int n0, int n1,
                                 double* out) {
+  if (all_far(sum, n0, n1)) {
+    Vec far[5];
+    for (int q = 0; q < 5; ++q) far[q] = splat(0.0);
+    for (int i = n0; i < n1; ++i) {
+      const Flux f = line_flux<D, Visc>(gas, src, i);
+      for (int q = 0; q < 5; ++q) far[q] = madd(border_weight<D>(sum, i, 0, q), f.q[q], far[q]);
+    }
+    add_far<D>(sum, far, out);
+    return;
+  }
   Vec total[Faces][5];
   for (int m = 0; m < Faces; ++m) {
     for (int q = 0; q < 5; ++q) total[m][q] = load(out + (m * 5 + q) * tile_width);
@@ -149,6 +173,15 @@ template <int D, class State>
 OCU_INLINE void add_border_filter(const BorderSum& sum, int n0, int n1, double* out, const State& state) {
   Vec q[border_walk][5];
   for (int i = n0; i < n1; ++i) state(i, q[i - n0]);
+  if (all_far(sum, n0, n1)) {
+    Vec far[5];
+    for (int f = 0; f < 5; ++f) {
+      far[f] = splat(0.0);
+      for (int i = n0; i < n1; ++i) far[f] = madd(border_weight<D>(sum, i, 0, f), q[i - n0][f], far[f]);
+    }
+    add_far<D>(sum, far, out);
+    return;
+  }
   for (int f = 0; f < 5; ++f) {
     Vec total[most_border_faces];
     for (int m = 0; m < most_border_faces; ++m) total[m] = load(out + (m * 5 + f) * tile_width);

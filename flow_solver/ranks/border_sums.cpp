@@ -38,7 +38,8 @@ BorderSums::BorderSums(const RankPart& part, int axis, LineSolve solve, const Wh
       border->sum.resize(groups_ * static_cast<std::size_t>(2 * known_ - 1) * vector_size);
       mine = border.get();
       sums_.push_back({.first = mine->weights.first, .last = mine->weights.last, .faces = mine->weights.faces,
-                       .weight = mine->weights.weight.data(), .out = border->sum.data()});
+                       .near_first = mine->weights.near_first, .near_last = mine->weights.near_last,
+                       .weight = mine->weights.weight.data(), .ratio = mine->weights.ratio.data(), .out = border->sum.data()});
       for (const int to : {below, q}) {
         if (to == own) continue;
         outgoing_.push_back(std::make_unique<Outgoing>(Outgoing{mine, to == q, std::vector<double>(half)}));

@@ -80,6 +80,40 @@ std::vector<double> weights_between(const WholeLine& line, const LineTable& t, L
   return out;
 }
 
+/// Finds the nodes that need a sum for every face: those that differ from the ratios, taken where the
+/// weights are largest but for a stencil next to the border, by more than the least weight.
+void find_ratios(BorderWeights& w) {
+  const auto faces = static_cast<std::size_t>(w.faces);
+  const int n = w.last - w.first;
+  const auto at = [&](int i, std::size_t m, std::size_t c) {
+    return w.weight[(static_cast<std::size_t>(i) * faces + m) * n_classes + c];
+  };
+  w.near_first = w.first;
+  w.near_last = w.last;
+  w.ratio.assign(faces * n_classes, 0.0);
+  if (n <= 2 * w.faces) return;
+  // The block lies on one side of the border; its node next to it has the largest weights.
+  const bool above = std::abs(at(0, faces - 1, 0)) > std::abs(at(n - 1, faces - 1, 0));
+  const int reference = above ? w.faces : n - 1 - w.faces;
+  for (std::size_t c = 0; c < n_classes; ++c) {
+    if (at(reference, 0, c) == 0.0) return;
+    for (std::size_t m = 0; m < faces; ++m) w.ratio[m * n_classes + c] = at(reference, m, c) / at(reference, 0, c);
+  }
+  const auto follows = [&](int i) {
+    for (std::size_t m = 0; m < faces; ++m) {
+      for (std::size_t c = 0; c < n_classes; ++c) {
+        if (std::abs(at(i, m, c) - w.ratio[m * n_classes + c] * at(i, 0, c)) > least_weight) return false;
+      }
+    }
+    return true;
+  };
+  int first = 0, last = n;
+  while (first < last && follows(first)) ++first;
+  while (last > first && follows(last - 1)) --last;
+  w.near_first = w.first + first;
+  w.near_last = w.first + last;
+}
+
 }  // namespace
 
 BorderWeights make_border_weights(const WholeLine& line, LineSolve solve, int border, int begin, int end) {
@@ -118,6 +152,7 @@ BorderWeights make_border_weights(const WholeLine& line, LineSolve solve, int bo
       out.weight.insert(out.weight.end(), w.begin(), w.end());
     }
   }
+  find_ratios(out);
   return out;
 }
 

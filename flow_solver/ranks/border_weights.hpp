@@ -25,6 +25,11 @@ struct BorderWeights {
   int first = 0, last = 0;     ///< nodes [first, last), counted in the rank's block; domain ghosts included
   int faces = 0;               ///< border - known + 1 .. border + known - 1
   std::vector<double> weight;  ///< [node, face, parity class]
+  /// Beyond the stencils of all faces the weights of different faces are proportional (the inverse of a
+  /// tridiagonal matrix has rank one on either side of its diagonal): nodes outside [near_first, near_last)
+  /// need one sum only, times `ratio` [face, parity class] of each face to the first.
+  int near_first = 0, near_last = 0;
+  std::vector<double> ratio;
 };
 
 /// Dropped weights change a flux by less than least_weight / (1 - 0.70) = 3e-15 of the largest value in

@@ -61,9 +61,13 @@ void expect_sums_equal_the_solve(LineEnd low, LineEnd high, LineSolve which, boo
           const BorderWeights w = make_border_weights(line, which, border, cuts[p], cuts[p + 1]);
           for (int i = w.first; i < w.last; ++i) {
             const auto m = static_cast<std::size_t>(face - border + known - 1);
-            sum += w.weight[((static_cast<std::size_t>(i - w.first)) * static_cast<std::size_t>(w.faces) + m) * n_classes +
-                            static_cast<std::size_t>(c)] *
-                   value(i + cuts[p]);
+            const auto weight = [&](std::size_t of) {
+              return w.weight[((static_cast<std::size_t>(i - w.first)) * static_cast<std::size_t>(w.faces) + of) * n_classes +
+                              static_cast<std::size_t>(c)];
+            };
+            const bool near = i >= w.near_first && i < w.near_last;
+            const double ratio = w.ratio[m * n_classes + static_cast<std::size_t>(c)];
+            sum += (near ? weight(m) : ratio * weight(0)) * value(i + cuts[p]);
           }
         }
         // Sixty terms of order one, each to 1e-16, and what least_weight drops: 2 x 3e-15.
@@ -103,6 +107,10 @@ TEST(BorderWeights, ReachAsFarAsTheInverseDecaysToTheLeastWeight) {
   EXPECT_NEAR(flux.last, 36, 3);
   EXPECT_NEAR(filter.last, 97, 8);
   EXPECT_TRUE(make_border_weights(line, LineSolve::flux, 500, 600, 1000).weight.empty());
+  // All but the stencils' nodes share one sum.
+  EXPECT_LE(flux.near_last, 5);
+  EXPECT_LE(filter.near_last, 8);
+  EXPECT_EQ(flux.near_first, 0);
 }
 
 }  // namespace
