@@ -65,6 +65,11 @@ std::filesystem::path Partners::log_of(Party party) const {
   return {};
 }
 
+std::optional<ProcessEnd> Partners::end_of(Party party) {
+  Child* c = child(party);
+  return c == nullptr ? std::nullopt : c->wait(death_patience);
+}
+
 void Partners::set_computing(Party party, bool computing) { computing_[index_of(party)] = computing; }
 
 void Partners::poll_once(Clock::time_point until) {

@@ -62,6 +62,8 @@ class Partners {
   void end_all(const std::string& reason, int exit_code) noexcept;
   /// After BYE: waits until the children have ended by themselves; a nonzero exit code is a fault.
   void await_children(double limit);
+  /// How a participant's process ended, waiting a moment; nothing where it lives or is not ours.
+  [[nodiscard]] std::optional<ProcessEnd> end_of(Party party);
   /// Log of a child, empty path if that side was not started by us.
   [[nodiscard]] std::filesystem::path log_of(Party party) const;
 

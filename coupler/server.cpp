@@ -223,8 +223,11 @@ std::string Server::send(Party party, Header header, zmq::message_t& payload) {
     header.payload_checksum =
         link::checksum({static_cast<const std::byte*>(payload.data()), payload.size()});
   std::string bytes = link::encode(header);
-  if (!p.admitted || !send_frames(p.routing_id, bytes, payload, true))
-    throw PartnerFault(party, fmt::format("takes no {}: its connection is gone", to_word(header.kind)));
+  if (!p.admitted || !send_frames(p.routing_id, bytes, payload, true)) {
+    PartnerFault fault(party, fmt::format("takes no {}: its connection is gone", to_word(header.kind)));
+    fault.gone = true;
+    throw fault;
+  }
   ++p.sent;
   return bytes;
 }

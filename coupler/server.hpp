@@ -24,6 +24,7 @@ struct PartnerFault : std::runtime_error {
       : std::runtime_error(what), party(who), exit_code(code) {}
   Party party;
   int exit_code;
+  bool gone = false;  ///< found out by sending to it: how its process ended says more
 };
 
 /// A checked message of a participant.

@@ -18,6 +18,7 @@
 #include "coupler/link/checkpoint_place.hpp"
 #include "coupler/link/payload.hpp"
 #include "coupler/recording.hpp"
+#include "coupler/run_start.hpp"
 #include "coupler/scheme.hpp"
 #include "coupler/socket_place.hpp"
 #include "coupler/solver_start.hpp"
@@ -48,10 +49,7 @@ class Session {
   void start_solvers();
   void shake();
   [[nodiscard]] Interface make_interface(const SolidHands& solid, Party party);
-  [[nodiscard]] std::uint64_t hash_of_meshes(const Handshake& hands) const;
-  void record_handshake(Handshake& hands);
   void open_results(std::vector<Interface> interfaces);
-  void start_state(Handshake& hands);
   void advance();
   [[nodiscard]] int predictor_order(double width);
   [[nodiscard]] bool implicit() const {
@@ -65,7 +63,7 @@ class Session {
   void show_progress();
   void tell_status(const std::string& phase, const std::string& detail = {});
   [[noreturn]] void fail(const std::string& text, int exit_code);
-  [[nodiscard]] std::string describe(const PartnerFault& fault) const;
+  [[nodiscard]] std::string describe(const PartnerFault& fault);
 
   RunOptions options_;
   Settings settings_;
@@ -105,10 +103,6 @@ FileLock lock_run(const std::filesystem::path& out) {
   std::filesystem::create_directories(out / "log");
   return {out / "log" / "coupler.lock",
           fmt::format("{}: another coupler is running in this directory", out.string())};
-}
-
-link::InterfaceMesh mesh_of(const MeshMessage& mesh) {
-  return link::mesh_from_payload(mesh.header, {static_cast<const std::byte*>(mesh.payload.data()), mesh.payload.size()});
 }
 
 Server::Setup server_setup(const Settings& settings, const SocketPlace& place,
@@ -161,43 +155,6 @@ void Session::start_solvers() {
       partners_.start(start_.child(party, server_.endpoint(), settings_.silence_limit));
 }
 
-/// Where the solids' surfaces are and how they move when the run begins, one after the other.
-void Session::start_state(Handshake& hands) {
-  state_.stable_flow = hands.flow_ready.stable_step;
-  state_.stable_solid = std::numeric_limits<double>::infinity();
-  std::vector<double> position, velocity, acceleration;
-  bool accelerates = false;
-  state_.solid_at_rest = true;
-  for (SolidHands& solid : hands.solids) {
-    const Header& ready = solid.ready->header;
-    const std::size_t n = 3 * solid.mesh.header.n_vertices;
-    state_.stable_solid = std::min(state_.stable_solid, ready.stable_step);
-    state_.solid_at_rest = state_.solid_at_rest && ready.fields == 0;
-    const auto view = link::view_payload(ready, solid.ready->payload());
-    const auto vertices = mesh_of(solid.mesh).vertices;
-    const auto at = view.position.empty() ? std::span<const double>(vertices) : view.position;
-    position.insert(position.end(), at.begin(), at.end());
-    velocity.insert(velocity.end(), view.velocity.begin(), view.velocity.end());
-    velocity.resize(position.size(), 0.0);
-    acceleration.insert(acceleration.end(), view.acceleration.begin(), view.acceleration.end());
-    acceleration.resize(acceleration.size() + n - view.acceleration.size(), 0.0);
-    accelerates = accelerates || !view.acceleration.empty();
-  }
-  state_.wall_current = state_.solid_at_rest;
-  state_.position = SharedValues::from(std::move(position));
-  state_.velocity = SharedValues::from(std::move(velocity));
-  if (!accelerates) return;
-  if (settings_.leap_frog) {
-    state_.acceleration = SharedValues::from(std::move(acceleration));
-    return;
-  }
-  // A velocity one second ago that makes the predictor's backward difference this acceleration.
-  std::vector<double> before(state_.velocity.values.begin(), state_.velocity.values.end());
-  for (std::size_t i = 0; i < before.size(); ++i) before[i] -= acceleration[i];
-  state_.velocity_before = SharedValues::from(std::move(before));
-  state_.width_before = 1.0;
-}
-
 /// The flow's mesh beside a solid's: a map where they differ.
 Interface Session::make_interface(const SolidHands& solid, Party party) {
   const auto n = static_cast<std::size_t>(solid.mesh.header.n_vertices);
@@ -217,34 +174,6 @@ Interface Session::make_interface(const SolidHands& solid, Party party) {
   return interface;
 }
 
-/// Hash of all meshes of the run; of the one mesh where there is one.
-std::uint64_t Session::hash_of_meshes(const Handshake& hands) const {
-  std::vector<std::uint64_t> hashes;
-  for (const SolidHands& solid : hands.solids) {
-    hashes.push_back(solid.mesh.header.mesh_hash);
-    if (solid.flow_mesh && solid.flow_mesh->header.mesh_hash != hashes.back())
-      hashes.push_back(solid.flow_mesh->header.mesh_hash);
-  }
-  return hashes.size() == 1 ? hashes.front() : link::checksum(std::as_bytes(std::span(hashes)));
-}
-
-void Session::record_handshake(Handshake& hands) {
-  zmq::message_t nothing;
-  for (std::size_t k = 0; k < hands.solids.size(); ++k) {
-    SolidHands& solid = hands.solids[k];
-    const auto number = traffic_->append({solid_party(k), true}, link::encode(solid.mesh.header), solid.mesh.payload);
-    traffic_->append({Party::flow, false}, solid.header_to_flow, solid.mesh.payload, number);
-  }
-  for (SolidHands& solid : hands.solids)
-    if (solid.flow_mesh)
-      traffic_->append({Party::flow, true}, link::encode(solid.flow_mesh->header), solid.flow_mesh->payload);
-  traffic_->append({Party::flow, true}, link::encode(hands.flow_ready), nothing);
-  for (std::size_t k = 0; k < hands.solids.size(); ++k) {
-    Incoming& ready = *hands.solids[k].ready;
-    traffic_->append({solid_party(k), true}, ready.frames.header_view(), ready.frames.payload);
-  }
-}
-
 void Session::shake() {
   Handshake hands = shake_hands(partners_, server_, settings_.start_limit, state_);
   mesh_hash_ = hash_of_meshes(hands);
@@ -262,11 +191,11 @@ void Session::shake() {
       throw PartnerFault(Party::solid, fmt::format("brings the interface mesh {:016x}, the checkpoint is "
                                                    "of {:016x}", mesh_hash_, resumed_->mesh_hash));
   } else {
-    start_state(hands);
+    start_state(state_, hands, settings_.leap_frog);
   }
   open_results(std::move(interfaces));
   exchange_->set_wall(state_.wall.values.empty() ? state_.position.values : state_.wall.values);
-  if (traffic_) record_handshake(hands);
+  if (traffic_) record_handshake(*traffic_, hands);
   log_->info("ready: {} vertices, {} triangles, stable steps {} s (flow) and {} s (solid)", vertices, triangles,
              state_.stable_flow, state_.stable_solid);
   events_.note("ready", {{"flow", server_.program(Party::flow)}, {"solid", solids},
@@ -465,7 +394,7 @@ void Session::show_progress() {
   std::fflush(stdout);
 }
 
-std::string Session::describe(const PartnerFault& fault) const {
+std::string Session::describe(const PartnerFault& fault) {
   const std::string& program = server_.program(fault.party);
   const std::string word = settings_.roster.word(fault.party);
   const std::string who = program.empty() ? word : fmt::format("{} ({})", word, program);
@@ -476,8 +405,9 @@ std::string Session::describe(const PartnerFault& fault) const {
                                     window_.t_begin, window_.t_end)
                       : fmt::format("after window {} (t = {:.6g} s)", state_.window, state_.time);
   const auto log = partners_.log_of(fault.party);
+  const auto end = fault.gone ? partners_.end_of(fault.party) : std::nullopt;
   std::string text = fmt::format("{} failed {}, {:.1f} s after the start: {}", who, when,
-                                 link::seconds_since(begin_), fault.what());
+                                 link::seconds_since(begin_), end ? end->text() : fault.what());
   if (!log.empty()) text += fmt::format("; its log: {}", log.string());
   return text;
 }

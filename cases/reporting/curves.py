@@ -54,7 +54,7 @@ def curve_figures(out: Path):
         if not file.is_file():
             continue
         columns, values = read_csv(file)
-        if len(values) < 2 or columns[0] != "time_s":
+        if len(values) < 2 or len(columns) < 2 or columns[0] != "time_s":
             continue
         panels: dict[tuple[str, str], list[int]] = {}
         for index, column in enumerate(columns[1:], start=1):

@@ -42,6 +42,26 @@ class Schemes(CouplerTest):
         self.assert_second_order("parallel-explicit", *keys(coupling__scheme="parallel-explicit",
                                                             coupling__theta_warn=10, coupling__theta_refuse=10))
 
+    def test_pipelined_grows_long_before_serial_does_and_is_refused_before(self):
+        # A mass against an impedance: theta = Z w / M is stable to 0.453 pipelined, to 1.155 serial
+        # (coupler/settings.cpp); the gas's first cell takes up to a half off. Windows of four flow steps.
+        sound = math.sqrt(1.4)
+        width = 4 * 0.4 / 64 / sound
+
+        def run(scheme, theta, *more):
+            out = f"{scheme}{theta}"
+            ended = self.run_coupler(*keys(coupling__scheme=scheme, coupling__window="fixed", coupling__window_s=width,
+                                           coupling__record="false", flow__cells=64, solid__stable_step_s=5e-4,
+                                           solid__mass_kg_m2=sound * width / theta, time__end_s=1.6), *more, out=out)
+            return ended, max(self.errors(out)) if ended.code == 0 else math.inf
+
+        for scheme, stable, grows in (("parallel-explicit", 0.2, 0.48), ("serial-explicit", 0.55, 1.2)):
+            self.assertLess(run(scheme, stable)[1], 0.01, scheme)
+            self.assertGreater(run(scheme, grows)[1], 100.0, scheme)
+        ended, _ = run("parallel-explicit", 0.02, "--set", "coupling.theta_warn=0.005", "--set", "coupling.theta_refuse=0.01")
+        self.assertEqual(ended.code, 4, ended.text)
+        self.assertIn("serial-implicit", ended.text)
+
     def test_implicit_with_a_light_piston(self):
         # Load 1e-6: it is a difference of 1e-8 of pressures of 1 Pa, rounded to 2e-16.
         for name, (scheme, relaxation) in IMPLICIT.items():
