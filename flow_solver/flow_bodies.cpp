@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/flow_core.hpp"
@@ -15,6 +18,55 @@ bool is_mirrored(BoundaryKind kind) {
 }
 
 }  // namespace
+
+SegmentBatch Flow::Core::batch_of(int axis, std::span<const Segment> group) const {
+  const auto a = static_cast<std::size_t>(axis);
+  const std::size_t b_of = axis == 0 ? 1 : 0, c_of = axis == 2 ? 1 : 2;
+  SegmentBatch batch;
+  for (const Segment& s : group) {
+    const int l = batch.lanes++;
+    // Indices within the box.
+    batch.length[l] = s.end - s.begin;
+    batch.begin[l] = s.begin - lo[a];
+    batch.b[l] = s.b - lo[b_of];
+    batch.c[l] = s.c - lo[c_of];
+    batch.wall_low[l] = s.wall_low;
+    batch.wall_high[l] = s.wall_high;
+  }
+  return batch;
+}
+
+void Flow::Core::add_aligned_batches(int axis, std::vector<Segment>& group, SegmentBatches& out) const {
+  const auto a = static_cast<std::size_t>(axis);
+  const auto ghosted = [&](const Segment& s) {
+    const auto open = [&](std::size_t face, bool inner) {
+      return inner || (!is_mirrored(boundaries[face].kind) && boundaries[face].kind != BoundaryKind::periodic);
+    };
+    return (s.wall_low >= 0 || open(2 * a, lo[a] > 0)) &&
+           (s.wall_high >= 0 || open(2 * a + 1, hi[a] < grid.axis[a].n));
+  };
+  const auto rest = std::stable_partition(group.begin(), group.end(), ghosted);
+  std::stable_sort(group.begin(), rest, [](const Segment& l, const Segment& r) {
+    return std::tuple(l.b / tile_width, l.begin) < std::tuple(r.b / tile_width, r.begin);
+  });
+  std::vector<Segment> lanes;
+  const auto close = [&] {
+    if (lanes.empty()) return;
+    out.batch.push_back(batch_of(axis, lanes));
+    out.batch.back().aligned = true;
+    lanes.clear();
+  };
+  for (auto s = group.begin(); s != rest; ++s) {
+    // Lanes that do not overlap would solve the gap between them.
+    const bool joins = !lanes.empty() && lanes.front().b / tile_width == s->b / tile_width &&
+                       s->begin < lanes.front().end &&
+                       std::none_of(lanes.begin(), lanes.end(), [&](const Segment& l) { return l.b == s->b; });
+    if (!joins) close();
+    lanes.push_back(*s);
+  }
+  close();
+  group.erase(group.begin(), rest);
+}
 
 void Flow::Core::set_segments(int axis) {
   const auto a = static_cast<std::size_t>(axis);
@@ -55,24 +107,16 @@ void Flow::Core::set_segments(int axis) {
       if (s.end > s.begin) group.push_back(s);
     }
     const auto from_mirror = [&](const Segment& s) { return mirror_low && s.wall_low < 0; };
+    if (axis > 0) add_aligned_batches(axis, group, out);
     // Lanes of a batch share the elimination from their start and should have like lengths.
     std::stable_sort(group.begin(), group.end(), [&](const Segment& l, const Segment& r) {
       return std::pair(from_mirror(l), l.end - l.begin) < std::pair(from_mirror(r), r.end - r.begin);
     });
     for (std::size_t s = 0; s < group.size();) {
-      SegmentBatch batch;
-      const bool kind = from_mirror(group[s]);
-      for (; s < group.size() && batch.lanes < tile_width && from_mirror(group[s]) == kind; ++s) {
-        const int l = batch.lanes++;
-        // Indices within the box.
-        batch.length[l] = group[s].end - group[s].begin;
-        batch.begin[l] = group[s].begin - lo[a];
-        batch.b[l] = group[s].b - lo[b_of];
-        batch.c[l] = group[s].c - lo[c_of];
-        batch.wall_low[l] = group[s].wall_low;
-        batch.wall_high[l] = group[s].wall_high;
-      }
-      out.batch.push_back(batch);
+      std::size_t end = s + 1;
+      while (end < group.size() && end - s < tile_width && from_mirror(group[end]) == from_mirror(group[s])) ++end;
+      out.batch.push_back(batch_of(axis, std::span(group).subspan(s, end - s)));
+      s = end;
     }
   }
   out.begin.back() = out.batch.size();

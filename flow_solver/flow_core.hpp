@@ -96,6 +96,11 @@ struct Flow::Core {
   /// Masks, batches and conserved values of nodes that are or were in bodies.
   void take_topology(bool convert);
   void set_segments(int axis);
+  /// A batch of up to eight segments.
+  [[nodiscard]] SegmentBatch batch_of(int axis, std::span<const Segment> group) const;
+  /// Moves the segments of a line index c all of whose ends have ghosts from the group into batches of
+  /// neighbouring lines of a tile.
+  void add_aligned_batches(int axis, std::vector<Segment>& group, SegmentBatches& out) const;
   void add_wall_nodes(int axis);
   /// What the ghost of a wall end adds to the central dilatation (1/s) of its node in plane k.
   [[nodiscard]] double wall_dilatation(const WallNode& node, int k) const;

@@ -19,6 +19,8 @@ std::size_t scratch_doubles(const Context& ctx) {
   Index most = lines + segments;
   if (gauss_planes > most) most = gauss_planes;
   if (columns > most) most = columns;
+  const Index aligned = aligned_doubles(ctx);
+  if (aligned > most) most = aligned;
   return static_cast<std::size_t>(most);
 }
 

@@ -93,6 +93,7 @@ struct RadialView {
 /// Eight cut segments (fewer at the end of a list) of one direction that are solved together.
 struct SegmentBatch {
   int lanes = 0;               ///< used lanes; the others repeat lane 0 and are not stored
+  bool aligned = false;        ///< lines of one tile along y or z, every end with ghosts, overlapping
   int length[tile_width] = {};
   int begin[tile_width] = {};  ///< first node on its line
   int b[tile_width] = {};      ///< line indices as in Segment

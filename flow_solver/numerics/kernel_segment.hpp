@@ -4,6 +4,7 @@
 // nodes at each end (wall ghosts or domain ghosts), solved by the same kernels. Elimination
 // coefficients are common from the start of the lines to the first face near a lane's end.
 
+#include "flow_solver/numerics/kernel_aligned.hpp"
 #include "flow_solver/numerics/kernel_gas.hpp"
 #include "flow_solver/numerics/kernel_update.hpp"
 
@@ -387,6 +388,12 @@ void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatc
 
 template <int D>
 OCU_INLINE void sweep_segment_axis(const Context& ctx, double* scratch, const SegmentBatch& s) {
+  if constexpr (D > 0) {
+    if (s.aligned && !ctx.nodal_stress &&
+        (ctx.eighth_order ? sweep_aligned<D, true>(ctx, scratch, s) : sweep_aligned<D, false>(ctx, scratch, s))) {
+      return;
+    }
+  }
   if (ctx.nodal_stress) {
     if (ctx.eighth_order) sweep_segment_batch<D, narrow_viscosity, true>(ctx, scratch, s);
     else sweep_segment_batch<D, narrow_viscosity, false>(ctx, scratch, s);

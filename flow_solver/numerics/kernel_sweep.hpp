@@ -216,13 +216,14 @@ struct Column {
   unsigned cut;          ///< lanes whose line is cut
   unsigned marked;       ///< lanes with first-order faces
   bool solved;           ///< whether any lane's line is whole
+  bool plain;            ///< no marks and no periodic ends in it: the fast backward pass
   double *buf, *pencil;  ///< scratch: faces, and along z the new state in the last stage (or null)
 };
 
 /// Columns that are swept together, and the nodes that one of them walks before the next one goes on:
 /// a single column takes one cache line of every row, and rows lie a page or more apart, which the
 /// memory delivers at a third of its speed.
-inline constexpr int column_group = 8;
+inline constexpr int column_group = 4;
 inline constexpr int column_walk = 8;
 
 /// Asks for `fields` of the rows of `columns` tiles from node p on.
@@ -286,18 +287,21 @@ template <int Visc>
   const UniformCoef coef = uniform_coef(line);
   const int n = ctx.n[1];
   Backward state[column_group];
-  for (int t = 0; t < count; ++t) start_backward<1, Visc>(state[t], n, line.face_end, coef, cols[t].buf);
+  for (int t = 0; t < count; ++t) {
+    if (cols[t].plain) start_backward<1, Visc>(state[t], n, line.face_end, coef, cols[t].buf);
+  }
   for (int high = n - 1; high >= 0; high -= column_walk) {
     const int low = high - column_walk + 1 > 0 ? high - column_walk + 1 : 0;
     for (int t = 0; t < count; ++t) {
       const Column& col = cols[t];
+      if (!col.plain) continue;
       backward_nodes<1, Visc>(state[t], high, low, coef, col.buf,
                               [&](int j, const Vec div[5]) OCU_FORCE { add_y(ctx, col, j, div); });
     }
   }
 }
 
-/// The same of one column with cut lanes, marks, or periodic ends.
+/// The same of one column that is all cut, or with marks or periodic ends.
 template <int Visc>
 [[gnu::noinline]] void backward_y_slow(const Context& ctx, const Column& col) {
   const LineView& line = ctx.line[1];
@@ -315,7 +319,6 @@ template <int Visc>
 template <int Visc, bool Eight>
 void sweep_y_tiles(const Context& ctx, double* scratch, int k, int tile, int count) {
   Column cols[column_group];
-  bool plain = !ctx.line[1].periodic;
   for (int t = 0; t < count; ++t) {
     Column col{};
     col.tile = tile + t;
@@ -327,14 +330,13 @@ void sweep_y_tiles(const Context& ctx, double* scratch, int k, int tile, int cou
     col.marked = ctx.any_mark ? ctx.line_marked[1][flag] & columns & ~col.cut : 0u;
     col.solved = (col.cut & columns) != columns;
     col.buf = face_zero(scratch + t * face_doubles(ctx));
-    plain = plain && col.cut == 0 && col.marked == 0;
+    col.plain = col.solved && col.marked == 0 && !ctx.line[1].periodic;
     cols[t] = col;
   }
   forward_columns<1, Visc, Eight>(ctx, cols, count);
-  if (plain) {
-    backward_y<Visc>(ctx, cols, count);
-  } else {
-    for (int t = 0; t < count; ++t) backward_y_slow<Visc>(ctx, cols[t]);
+  backward_y<Visc>(ctx, cols, count);
+  for (int t = 0; t < count; ++t) {
+    if (!cols[t].plain) backward_y_slow<Visc>(ctx, cols[t]);
   }
 }
 

@@ -135,7 +135,7 @@ OCU_INLINE void fill_bulk_ghosts_z(const Context& ctx, int i0, int j) {
   }
 }
 
-/// Backward pass and update of a stage where all lanes are whole lines without marks.
+/// Backward pass and update of a stage for columns without marks; cut lanes only take the update.
 template <int Visc, int Stage>
 [[gnu::noinline]] long backward_columns(const Context& shared, const Column* cols, int count) {
   const Context ctx = shared;  // a copy: vector stores could alias the shared one
@@ -144,12 +144,15 @@ template <int Visc, int Stage>
   const int n = ctx.n[2];
   const Index fluid_step = static_cast<Index>(ctx.mask_rows) * ctx.mask_tiles;
   Backward state[column_group];
-  for (int t = 0; t < count; ++t) start_backward<2, Visc>(state[t], n, line.face_end, coef, cols[t].buf);
+  for (int t = 0; t < count; ++t) {
+    if (cols[t].solved && cols[t].plain) start_backward<2, Visc>(state[t], n, line.face_end, coef, cols[t].buf);
+  }
   long failures = 0;
   for (int high = n - 1; high >= 0; high -= column_walk) {
     const int low = high - column_walk + 1 > 0 ? high - column_walk + 1 : 0;
     for (int t = 0; t < count; ++t) {
       const Column& col = cols[t];
+      if (!col.plain) continue;
       for (int k = low - 1 - t; k >= 0 && k >= low - column_walk; k -= count) {
         const NodePlaces at(ctx, cols[0].i0, col.j, k);
         prefetch_rows(ctx.R.data + cols[0].i0 + col.j * ctx.R.sj + k * ctx.R.sk, ctx.R.sf, 5, count);
@@ -163,6 +166,9 @@ template <int Visc, int Stage>
         Vec R[5];
         for (int f = 0; f < 5; ++f) R[f] = load(rk + f * ctx.R.sf) + div[f];
         const unsigned gas = fluid[k * fluid_step];
+        if (col.cut != 0) {
+          for (int f = 0; f < 5; ++f) R[f] = select(col.cut, load(rk + f * ctx.R.sf), R[f]);
+        }
         if (gas != 0xffu) {
           for (int f = 0; f < 5; ++f) R[f] = select(gas, R[f], splat(0.0));
         }
@@ -171,13 +177,18 @@ template <int Visc, int Stage>
         const unsigned bad = update_node<Stage>(ctx, NodePlaces(ctx, col.i0, col.j, k), gas, R, to);
         if (bad != 0) failures += note_failures(shared, bad, col.i0, col.j, k);
       };
-      backward_nodes<2, Visc>(state[t], high, low, coef, col.buf, sink);
+      if (col.solved) {
+        backward_nodes<2, Visc>(state[t], high, low, coef, col.buf, sink);
+      } else {
+        const Vec zero[5] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
+        for (int k = high; k >= low; --k) sink(k, zero);
+      }
     }
   }
   return failures;
 }
 
-/// The same with cut lanes, marks, or periodic ends.
+/// The same of one column with marks or periodic ends.
 template <int Visc>
 [[gnu::noinline]] long backward_column_slow(const Context& ctx, const Column& col) {
   const LineView& line = ctx.line[2];
@@ -194,11 +205,6 @@ template <int Visc>
                                             ctx.fluid[tile_at(ctx, col.tile, col.j, k)], R, to);
     if (bad != 0) failures += note_failures(ctx, bad, col.i0, col.j, k);
   };
-  if ((col.cut & existing(col.i0, ctx.n[0])) == existing(col.i0, ctx.n[0])) {
-    const Vec zero[5] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
-    for (int k = n - 1; k >= 0; --k) sink(k, zero);
-    return failures;
-  }
   const Lanes lanes = whole_lanes<2>(ctx, col.i0, col.j, 0, col.marked);
   backward_slow<2, Visc>(ctx, line, n, line.face_end, uniform_coef(line), col.buf,
                          col.marked != 0 ? &lanes : nullptr, sink);
@@ -255,6 +261,7 @@ OCU_INLINE Column make_column(const Context& ctx, double* scratch, int j, int ti
   col.cut = ctx.bodies ? ctx.cut[2][flag] : 0u;
   col.marked = ctx.any_mark ? ctx.line_marked[2][flag] & columns & ~col.cut : 0u;
   col.solved = (col.cut & columns) != columns;
+  col.plain = !col.solved || (col.marked == 0 && !ctx.line[2].periodic);
   col.buf = face_zero(scratch + slot * face_doubles(ctx));
   if (ctx.stage == 3 && ctx.filter) {
     // Node 0 of the filter's line.
@@ -266,24 +273,23 @@ OCU_INLINE Column make_column(const Context& ctx, double* scratch, int j, int ti
 template <int Visc, bool Eight>
 long update_columns(const Context& ctx, double* scratch, int j, int tile, int count) {
   Column cols[column_group];
-  bool plain = !ctx.line[2].periodic;
   for (int t = 0; t < count; ++t) {
     cols[t] = make_column(ctx, scratch, j, tile + t, t);
-    plain = plain && cols[t].cut == 0 && cols[t].marked == 0;
     if (ctx.bulk && cols[t].solved) fill_bulk_ghosts_z(ctx, cols[t].i0, j);
   }
   forward_columns<2, Visc, Eight>(ctx, cols, count);
   long failures = 0;
-  if (!plain) {
-    for (int t = 0; t < count; ++t) failures += backward_column_slow<Visc>(ctx, cols[t]);
-  } else if (ctx.stage == 0) {
-    failures = backward_columns<Visc, 0>(ctx, cols, count);
+  for (int t = 0; t < count; ++t) {
+    if (!cols[t].plain) failures += backward_column_slow<Visc>(ctx, cols[t]);
+  }
+  if (ctx.stage == 0) {
+    failures += backward_columns<Visc, 0>(ctx, cols, count);
   } else if (ctx.stage == 1) {
-    failures = backward_columns<Visc, 1>(ctx, cols, count);
+    failures += backward_columns<Visc, 1>(ctx, cols, count);
   } else if (ctx.stage == 2) {
-    failures = backward_columns<Visc, 2>(ctx, cols, count);
+    failures += backward_columns<Visc, 2>(ctx, cols, count);
   } else {
-    failures = backward_columns<Visc, 3>(ctx, cols, count);
+    failures += backward_columns<Visc, 3>(ctx, cols, count);
   }
   for (int t = 0; t < count; ++t) {
     if (cols[t].pencil != nullptr) finish_pencil(ctx, cols[t]);
