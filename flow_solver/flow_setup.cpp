@@ -439,21 +439,32 @@ void Flow::fill_domain_ghosts() { core_->fill_ghosts(); }
 Totals Flow::totals() const {
   const Core& c = *core_;
   const Context& x = c.ctx;
+  std::vector<double> width(static_cast<std::size_t>(x.tiles) * tile_width, 0.0);
+  for (int i = 0; i < x.n[0]; ++i) width[static_cast<std::size_t>(i)] = c.grid.axis[0].h(i) * c.grid.radial_weight(i);
   std::vector<std::array<double, 6>> plane(static_cast<std::size_t>(x.n[2]), std::array<double, 6>{});
 #pragma omp parallel for schedule(static) num_threads(c.options.threads)
   for (int k = 0; k < x.n[2]; ++k) {
     for (int j = 0; j < x.n[1]; ++j) {
-      std::array<double, 6> row{};
-      for (int i = 0; i < x.n[0]; ++i) {
-        const std::size_t tile = static_cast<std::size_t>((k * x.n[1] + j) * x.tiles + i / tile_width);
-        if (((c.fluid[tile] >> (i % tile_width)) & 1) == 0) continue;
-        const double h = c.grid.axis[0].h(i) * c.grid.radial_weight(i);
-        const double* q = x.Q.data + i + j * x.Q.sj + k * x.Q.sk;
-        for (int f = 0; f < 5; ++f) row[static_cast<std::size_t>(f)] += h * q[f * x.Q.sf];
-        row[5] += h;
+      double lane[6][tile_width] = {};  // sums by lane: vectors without a change of order
+      for (int t = 0; t < x.tiles; ++t) {
+        const unsigned bits = c.fluid[static_cast<std::size_t>((k * x.n[1] + j) * x.tiles + t)];
+        if (bits == 0) continue;
+        double w[tile_width];
+        for (int l = 0; l < tile_width; ++l) {
+          w[l] = ((bits >> l) & 1u) != 0 ? width[static_cast<std::size_t>(t * tile_width + l)] : 0.0;
+        }
+        const double* q = x.Q.data + t * tile_width + j * x.Q.sj + k * x.Q.sk;
+        for (int f = 0; f < 5; ++f) {
+          for (int l = 0; l < tile_width; ++l) lane[f][l] += w[l] * q[f * x.Q.sf + l];
+        }
+        for (int l = 0; l < tile_width; ++l) lane[5][l] += w[l];
       }
       const double area = c.grid.axis[1].h(j) * c.grid.axis[2].h(k);
-      for (std::size_t f = 0; f < 6; ++f) plane[static_cast<std::size_t>(k)][f] += area * row[f];
+      for (std::size_t f = 0; f < 6; ++f) {
+        double row = 0.0;
+        for (const double part : lane[f]) row += part;
+        plane[static_cast<std::size_t>(k)][f] += area * row;
+      }
     }
   }
   std::array<double, 6> sum{};

@@ -50,7 +50,7 @@ constexpr double stage_time[4] = {0.0, 0.5, 0.5, 1.0};
 
 DomainGhosts Flow::Core::domain_ghosts() const {
   const NodeBox part{{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
-  return {grid, boundaries, options.gas, now, part, ctx.W};
+  return {grid, boundaries, options.gas, now, part, ctx.W, *kernels};
 }
 
 void Flow::Core::fill_ghosts() {

@@ -181,13 +181,33 @@ void DomainGhosts::fill(int axis, bool low, double* node0, std::array<int, 3> no
   if (!grid_.axis[a].present || (low ? box_.lo[axis] > 0 : box_.hi[axis] < grid_.axis[a].n)) return;
   const Boundary& b = boundaries_[2 * a + (low ? 0 : 1)];
   if (b.kind == BoundaryKind::neighbour) return;
+  if (axis > 0 && count >= tile_width) {
+    if (const std::optional<OutflowEnd> end = outflow_end(axis, low)) {
+      const int n = grid_.axis[a].n;
+      return kernels_.outflow_rows(*end, node0 + (low ? 0 : n - 1) * stride, W_.sf, low ? -stride : stride, count);
+    }
+  }
   fill_end({&grid_, &b, &gas_, t_, axis, low, {node[0], node[1], node[2]}}, node0, W_.sf, stride, count);
 }
 
+std::optional<OutflowEnd> DomainGhosts::outflow_end(int axis, bool low) const {
+  const Boundary& b = boundaries_[2 * static_cast<std::size_t>(axis) + (low ? 0 : 1)];
+  const bool diatomic = std::abs(gas_.heat_capacity_ratio - 1.4) < 1e-12;  // no power in the kernels
+  if (b.kind != BoundaryKind::outflow || b.incoming != nullptr || !diatomic) return std::nullopt;
+  const NodeState far = node_state(gas_, b.state);
+  return OutflowEnd{.axis = axis, .sign = low ? -1.0 : 1.0, .rho = far.rho, .u = {far.u[0], far.u[1], far.u[2]},
+                    .T = far.T, .gamma = gas_.heat_capacity_ratio, .gas_constant = gas_.gas_constant};
+}
+
 void DomainGhosts::fill_x(int k, int j0, int j1) const {
-  for (int j = j0; j < j1; ++j) {
-    double* row = W_.data + j * W_.sj + k * W_.sk;
-    for (const bool low : {true, false}) fill(0, low, row, {0, j, k}, 1, 1);
+  for (const bool low : {true, false}) {
+    if (low ? box_.lo[0] > 0 : box_.hi[0] < grid_.axis[0].n) continue;
+    if (const std::optional<OutflowEnd> end = outflow_end(0, low)) {
+      double* node = W_.data + (low ? 0 : grid_.axis[0].n - 1) + j0 * W_.sj + k * W_.sk;
+      kernels_.outflow_columns(*end, node, W_.sf, W_.sj, low ? -1 : 1, j1 - j0);
+      continue;
+    }
+    for (int j = j0; j < j1; ++j) fill(0, low, W_.data + j * W_.sj + k * W_.sk, {0, j, k}, 1, 1);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "flow_solver/boundary/boundary.hpp"
 #include "flow_solver/gas/gas.hpp"
@@ -15,8 +16,8 @@ namespace ocublast::flow {
 class DomainGhosts {
  public:
   DomainGhosts(const Grid& grid, const Boundaries& boundaries, const Gas& gas, double t, const NodeBox& box,
-               const Block& W)
-      : grid_(grid), boundaries_(boundaries), gas_(gas), t_(t), box_(box), W_(W) {}
+               const Block& W, const Kernels& kernels)
+      : grid_(grid), boundaries_(boundaries), gas_(gas), t_(t), box_(box), W_(W), kernels_(kernels) {}
   /// x-lines of rows [j0, j1) of plane k.
   void fill_x(int k, int j0, int j1) const;
   /// Rows beyond the low or high y end of plane k, over the whole length with the x ghosts.
@@ -32,12 +33,15 @@ class DomainGhosts {
 
  private:
   void fill(int axis, bool low, double* node0, std::array<int, 3> node, std::ptrdiff_t stride, int count) const;
+  /// The end as the kernels take it, if they can.
+  [[nodiscard]] std::optional<OutflowEnd> outflow_end(int axis, bool low) const;
   const Grid& grid_;
   const Boundaries& boundaries_;
   const Gas& gas_;
   double t_;
   NodeBox box_;
   Block W_;
+  const Kernels& kernels_;
 };
 
 /// Fills the ghosts of one even scalar field: mirrored at symmetry and walls, repeated if periodic,

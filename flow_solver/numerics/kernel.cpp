@@ -1,6 +1,7 @@
 // All kernels of one instruction set. Compiled once per set with its own OCU_ISA and flags.
 
 #include "flow_solver/numerics/kernel_border.hpp"
+#include "flow_solver/numerics/kernel_open_end.hpp"
 #include "flow_solver/numerics/kernel_segment.hpp"
 #include "flow_solver/numerics/kernel_stress.hpp"
 
@@ -27,7 +28,7 @@ std::size_t scratch_doubles(const Context& ctx) {
 constexpr Kernels table{OCU_TEXT(OCU_ISA), scratch_doubles, bulk_rows,      bulk_ghost_rows, stress_rows,
                         stress_ends_y,     stress_ends_z,     sweep_x,         sweep_y,        sweep_segments,  update_row,
                         filter_x,          filter_y,        filter_segments, finish_plane,   restore_plane,
-                        premark_plane,     theta_plane,     sensor_rows,    diffusivity_rows, border_flux,    border_filter,
+                        premark_plane,     outflow_rows,    outflow_columns, theta_plane,     sensor_rows,    diffusivity_rows, border_flux,    border_filter,
                         filter_z};
 
 }  // namespace

@@ -167,6 +167,15 @@ struct PlaneMaxima {
   double p_min = 1e300, p_max = 0;
 };
 
+/// An open end with a constant gas far away (gamma = 1.4): density [kg/m^3], velocity [m/s], temperature
+/// [K]; sign is +1 at the high end of the axis, -1 at the low one.
+struct OutflowEnd {
+  int axis = 0;
+  double sign = 1.0;
+  double rho = 0, u[3] = {}, T = 0;
+  double gamma = 1.4, gas_constant = 287.0;
+};
+
 /// One set of kernels. `scratch` is a thread's own buffer of scratch_doubles(ctx) doubles.
 struct Kernels {
   const char* name;
@@ -199,6 +208,11 @@ struct Kernels {
   void (*restore_plane)(const Context&, int k);
   /// Sets `failed` where a neighbour's pressure differs by more than the ratio. Returns their number.
   long (*premark_plane)(const Context&, int k, double ratio);
+  /// Four ghosts beyond `count` >= 8 open ends that are neighbours along x, from their end nodes; the
+  /// ghosts lie at multiples of `outwards` from there.
+  void (*outflow_rows)(const OutflowEnd&, double* node, std::ptrdiff_t sf, std::ptrdiff_t outwards, int count);
+  /// The same of `count` x-lines, sj apart; outwards +1 or -1.
+  void (*outflow_columns)(const OutflowEnd&, double* node, std::ptrdiff_t sf, std::ptrdiff_t sj, int outwards, int count);
   /// Sensors: theta (and strain) into R, maxima of convection and pressure.
   void (*theta_plane)(const Context&, int k, PlaneMaxima&);
   /// Fourth differences of theta (or strain) and T in rows [j0, j1) of plane k into R.

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "flow_solver/boundary/open_ends.hpp"
 #include "tests/verification/flow_run.hpp"
 
 namespace ocublast::flow {
@@ -33,6 +34,46 @@ double residual(double amplitude, int layer) {
     largest = std::max(largest, std::abs(W(0, i, 0, 0) * W(4, i, 0, 0) - 1.0));
   }
   return largest / amplitude;
+}
+
+/// Every kind of end node: at rest, leaving, entering, faster than sound in both directions.
+State at_end(int i, int j, int k) {
+  const double a = std::sin(12.9898 * i + 78.233 * j + 37.719 * k);
+  const double b = std::sin(39.346 * i + 11.135 * j + 83.155 * k);
+  if (a < -0.8) return quiet;
+  return {.rho = 1.0 + 0.5 * a, .u = 2.5 * b, .v = 2.5 * a, .w = 2.5 * a * b, .p = 1.0 + 0.9 * b};
+}
+
+TEST(OpenEnds, GhostsAreTheCharacteristicState) {
+  const int n = 21;  // the last vector of lines is not full
+  Flow flow(uniform_grid({n, n, n}, {0, 0, 0}, {1, 1, 1}), all_faces(BoundaryKind::outflow, quiet), unit_options());
+  flow.set_state_by_index(at_end);
+  flow.fill_domain_ghosts();
+  const Gas gas = unit_options().gas;
+  const auto W = std::as_const(flow).primitives();
+  const auto node = [&](int i, int j, int k) {
+    return NodeState{W(0, i, j, k), {W(1, i, j, k), W(2, i, j, k), W(3, i, j, k)}, W(4, i, j, k)};
+  };
+  double worst = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int q = 0; q < 2 * n * n; ++q) {
+      const bool low = q < n * n;
+      int at[3] = {q % n, q % n, q / n % n};
+      at[axis == 0 ? 1 : 0] = q % n;
+      at[axis == 2 ? 1 : 2] = q / n % n;
+      at[axis] = low ? 0 : n - 1;
+      const NodeState wanted =
+          characteristic_state(gas, node(at[0], at[1], at[2]), node_state(gas, quiet), axis, low ? -1.0 : 1.0);
+      for (int layer = 1; layer <= n_ghost; ++layer) {
+        at[axis] = low ? -layer : n - 1 + layer;
+        const NodeState got = node(at[0], at[1], at[2]);
+        for (int a = 0; a < 3; ++a) worst = std::max(worst, std::abs(got.u[a] - wanted.u[a]));
+        worst = std::max({worst, std::abs(got.rho - wanted.rho), std::abs(got.T - wanted.T)});
+      }
+    }
+  }
+  std::printf("ghosts of open ends against the scalar formula: %.1e\n", worst);
+  EXPECT_LE(worst, 1e-14);  // values of order one and some ten operations
 }
 
 TEST(OpenEnds, SendLittleOfAPulseBack) {
