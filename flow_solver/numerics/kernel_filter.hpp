@@ -268,8 +268,7 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
       for (int f = 0; f < 5; ++f) {
         Vec r[8];
         for (int a = 0; a < tile_width; ++a) r[a] = load(pencil + (i0 + a) * step + f * tile_width);
-        transpose(r);
-        for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) store(a_row[l] + f * ctx.A.sf + i0, r[l]);
+        store_columns(a_row, f * ctx.A.sf + i0, r, rows);
       }
     }
   }

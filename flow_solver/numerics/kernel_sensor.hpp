@@ -263,13 +263,12 @@ OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Di
     directions += 1.0;
   }
   const Vec nu_cap = splat(ctx.cap * directions) / inverse_h2;
-  const Vec c = vsqrt(splat(ctx.gamma * ctx.gas_constant) * T);
+  const Vec c_over_T = vsqrt(splat(ctx.gamma * ctx.gas_constant) / T);
   const double heat_to_nu = (ctx.gamma - 1.0) / ctx.gas_constant;
   const Vec beta_nu = vmin(splat(ctx.C_beta) * s.bulk, nu_cap);
-  Vec kappa = vmin(splat(ctx.C_kappa) * (c / T) * s.heat * splat(heat_to_nu), nu_cap) * rho *
-              splat(1.0 / heat_to_nu);
+  const Vec heat_nu = vmin(splat(ctx.C_kappa) * c_over_T * s.heat * splat(heat_to_nu), nu_cap);
   Vec motion = (ctx.paper ? nodal_h2 : splat(bulk_radius) * inverse_h2) * beta_nu;
-  Vec heat = (ctx.paper ? nodal_h2 : splat(narrow_radius) * inverse_h2) * splat(heat_to_nu) * kappa / rho;
+  Vec heat = (ctx.paper ? nodal_h2 : splat(narrow_radius) * inverse_h2) * heat_nu;
   if (ctx.nodal_stress) {
     const Vec mu_gas = gas_viscosity(ctx, T);
     const Vec mu = vmin(splat(ctx.C_mu) * s.shear, nu_cap) * rho;
@@ -278,7 +277,7 @@ OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Di
     heat = heat + nodal_h2 * splat(heat_to_nu * ctx.heat_per_viscosity) * mu_gas / rho;
   }
   store(w + field_beta * b.sf, beta_nu * rho);
-  store(w + field_kappa * b.sf, kappa);
+  store(w + field_kappa * b.sf, heat_nu * rho * splat(1.0 / heat_to_nu));
   return vmax(motion, heat);
 }
 

@@ -82,11 +82,10 @@ OCU_INLINE unsigned existing(int first, int n) {
   return count >= tile_width ? 0xffu : (1u << count) - 1u;
 }
 
-/// Rows of one field of eight x-lines to one vector per node, or back.
+/// Rows of one field of eight x-lines to one vector per node.
 OCU_INLINE void rows_to_nodes(const double* const row[8], Index offset, double* out, Index step) {
   Vec r[8];
-  for (int l = 0; l < tile_width; ++l) r[l] = load(row[l] + offset);
-  transpose(r);
+  load_columns(row, offset, r);
   for (int a = 0; a < tile_width; ++a) store(out + a * step, r[a]);
 }
 
@@ -178,10 +177,7 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
         r[a] = load(out + (static_cast<Index>(a) * 5 + f) * tile_width);
         if (cut != 0) r[a] = select(cut, splat(0.0), r[a]);
       }
-      transpose(r);
-      for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) {
-        store(r_row[l] + f * ctx.X.sf + i, r[l]);
-      }
+      store_columns(r_row, f * ctx.X.sf + i, r, rows);
     }
   };
   const unsigned marked = ctx.any_mark ? ctx.line_marked[0][flag] & rows & ~cut : 0u;

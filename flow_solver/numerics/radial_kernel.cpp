@@ -178,8 +178,7 @@ void sweep_group(const Context& ctx, double* scratch, int k, int group) {
     for (int f = 0; f < 5; ++f) {
       Vec r[tile_width];
       for (int a = 0; a < tile_width; ++a) r[a] = div[a][f];
-      transpose(r);
-      for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) store(r_row[l] + f * ctx.X.sf + i0, r[l]);
+      store_columns(r_row, f * ctx.X.sf + i0, r, rows);
     }
   }
 }

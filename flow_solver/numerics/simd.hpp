@@ -42,24 +42,37 @@ OCU_INLINE unsigned not_at_least(Vec a, Vec b) {
 OCU_INLINE Vec select(unsigned mask, Vec a, Vec b) {
   return _mm512_mask_blend_pd(static_cast<__mmask8>(mask), b, a);
 }
-/// Rows to columns: r[a] lane b becomes r[b] lane a.
-OCU_INLINE void transpose(Vec r[8]) {
+/// Four rows to columns in both halves: out[a] lane 4 h + b = r[b] lane 4 h + a.
+OCU_INLINE void transpose_halves(const Vec r[4], Vec out[4]) {
   const Vec a0 = _mm512_unpacklo_pd(r[0], r[1]), a1 = _mm512_unpackhi_pd(r[0], r[1]);
   const Vec a2 = _mm512_unpacklo_pd(r[2], r[3]), a3 = _mm512_unpackhi_pd(r[2], r[3]);
-  const Vec a4 = _mm512_unpacklo_pd(r[4], r[5]), a5 = _mm512_unpackhi_pd(r[4], r[5]);
-  const Vec a6 = _mm512_unpacklo_pd(r[6], r[7]), a7 = _mm512_unpackhi_pd(r[6], r[7]);
-  const Vec b0 = _mm512_shuffle_f64x2(a0, a2, 0x88), b1 = _mm512_shuffle_f64x2(a1, a3, 0x88);
-  const Vec b2 = _mm512_shuffle_f64x2(a0, a2, 0xdd), b3 = _mm512_shuffle_f64x2(a1, a3, 0xdd);
-  const Vec b4 = _mm512_shuffle_f64x2(a4, a6, 0x88), b5 = _mm512_shuffle_f64x2(a5, a7, 0x88);
-  const Vec b6 = _mm512_shuffle_f64x2(a4, a6, 0xdd), b7 = _mm512_shuffle_f64x2(a5, a7, 0xdd);
-  r[0] = _mm512_shuffle_f64x2(b0, b4, 0x88);
-  r[1] = _mm512_shuffle_f64x2(b1, b5, 0x88);
-  r[2] = _mm512_shuffle_f64x2(b2, b6, 0x88);
-  r[3] = _mm512_shuffle_f64x2(b3, b7, 0x88);
-  r[4] = _mm512_shuffle_f64x2(b0, b4, 0xdd);
-  r[5] = _mm512_shuffle_f64x2(b1, b5, 0xdd);
-  r[6] = _mm512_shuffle_f64x2(b2, b6, 0xdd);
-  r[7] = _mm512_shuffle_f64x2(b3, b7, 0xdd);
+  const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13), high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+  out[0] = _mm512_permutex2var_pd(a0, low, a2);
+  out[1] = _mm512_permutex2var_pd(a1, low, a3);
+  out[2] = _mm512_permutex2var_pd(a0, high, a2);
+  out[3] = _mm512_permutex2var_pd(a1, high, a3);
+}
+/// Eight nodes of eight rows as a vector per node: the halves of the rows are put together by loads.
+OCU_INLINE void load_columns(const double* const row[8], Index offset, Vec node[8]) {
+  for (int half = 0; half < 2; ++half) {
+    Vec r[4];
+    for (int l = 0; l < 4; ++l) {
+      const Vec low = _mm512_castpd256_pd512(_mm256_loadu_pd(row[l] + offset + 4 * half));
+      r[l] = _mm512_insertf64x4(low, _mm256_loadu_pd(row[l + 4] + offset + 4 * half), 1);
+    }
+    transpose_halves(r, node + 4 * half);
+  }
+}
+/// The way back, into the rows whose bit is set.
+OCU_INLINE void store_columns(double* const row[8], Index offset, const Vec node[8], unsigned rows) {
+  for (int half = 0; half < 2; ++half) {
+    Vec r[4];
+    transpose_halves(node + 4 * half, r);
+    for (int l = 0; l < 4; ++l) {
+      if (((rows >> l) & 1u) != 0) _mm256_storeu_pd(row[l] + offset + 4 * half, _mm512_castpd512_pd256(r[l]));
+      if (((rows >> (l + 4)) & 1u) != 0) _mm256_storeu_pd(row[l + 4] + offset + 4 * half, _mm512_extractf64x4_pd(r[l], 1));
+    }
+  }
 }
 
 #else
@@ -195,14 +208,20 @@ template <class H>
 OCU_INLINE Pair<H> select(unsigned mask, Pair<H> a, Pair<H> b) {
   return {select(mask, a.lo, b.lo), select(mask >> lanes_of<H>, a.hi, b.hi)};
 }
-OCU_INLINE void transpose(Vec r[8]) {
-  double in[8][8];
-  for (int a = 0; a < 8; ++a) store(in[a], r[a]);
-  double out[8][8];
-  for (int a = 0; a < 8; ++a) {
-    for (int b = 0; b < 8; ++b) out[b][a] = in[a][b];
+OCU_INLINE void load_columns(const double* const row[8], Index offset, Vec node[8]) {
+  double column[8][8];
+  for (int l = 0; l < 8; ++l) {
+    for (int a = 0; a < 8; ++a) column[a][l] = row[l][offset + a];
   }
-  for (int a = 0; a < 8; ++a) r[a] = load(out[a]);
+  for (int a = 0; a < 8; ++a) node[a] = load(column[a]);
+}
+OCU_INLINE void store_columns(double* const row[8], Index offset, const Vec node[8], unsigned rows) {
+  double column[8][8];
+  for (int a = 0; a < 8; ++a) store(column[a], node[a]);
+  for (int l = 0; l < 8; ++l) {
+    if (((rows >> l) & 1u) == 0) continue;
+    for (int a = 0; a < 8; ++a) row[l][offset + a] = column[a][l];
+  }
 }
 #endif
 
