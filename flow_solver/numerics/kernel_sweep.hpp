@@ -101,6 +101,41 @@ OCU_INLINE void load_x_block(const Context& ctx, const double* const row[8], con
   }
 }
 
+/// Rows of a group of eight x-lines, and those that come one group later: one row later still, as the
+/// dilatation of a group looks at the row behind it. After the last row come the first ones of the
+/// next plane.
+struct XRows {
+  double* r[8];
+  const double* w[8];
+  const double* g[8];
+  const double* next[8];
+  Index sk, lines, parts;  ///< of the primitives: stride of planes, cache lines of a row, blocks of a walk
+  OCU_INLINE XRows(const Context& ctx, int k, int j0, int last)
+      : sk(ctx.present[2] ? ctx.W.sk : 0), lines((n_stage_fields - 1) * ctx.W.sf / tile_width),
+        parts(last / tile_width + 2) {
+    for (int l = 0; l < tile_width; ++l) {
+      const int j = j0 + l < ctx.n[1] ? j0 + l : ctx.n[1] - 1, later = j0 + tile_width + 1 + l;
+      r[l] = ctx.X.data + j * ctx.X.sj + k * ctx.X.sk;
+      w[l] = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
+      g[l] = ctx.G.data == nullptr ? nullptr : ctx.G.data + j * ctx.G.sj + k * ctx.G.sk;
+      next[l] = ctx.W.data + (later < ctx.n[1] ? later * ctx.W.sj : (later - ctx.n[1]) * ctx.W.sj + ctx.W.sk) +
+                k * ctx.W.sk - tile_width;
+    }
+  }
+  /// Asks for block `part` of the later rows, line after line: the machine's own prefetcher sees streams.
+  /// Of the planes around it the dilatation takes the third velocity.
+  OCU_INLINE void prefetch(int part, Index sf) const {
+    const Index begin = lines * part / parts, end = lines * (part + 1) / parts;
+    for (int l = 0; l < tile_width; ++l) {
+      for (Index q = begin; q < end; ++q) __builtin_prefetch(next[l] + q * tile_width, 0, 2);
+      if (sk == 0) continue;
+      const double* w3 = next[l] + part * tile_width + 3 * sf;
+      __builtin_prefetch(w3 + sk, 0, 2);
+      __builtin_prefetch(w3 - sk, 0, 2);
+    }
+  }
+};
+
 template <int Visc, bool Eight>
 void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
   const Context ctx = shared;  // a copy: vector stores could alias the shared one
@@ -109,26 +144,12 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
   const unsigned rows = existing(j0, ctx.n[1]);
   const Index flag = static_cast<Index>(k) * ctx.mask_groups + group;
   const unsigned cut = ctx.bodies ? ctx.cut[0][flag] : 0u;
-  double* r_row[8];
-  const double* w_row[8];
-  const double* g_row[8];
-  for (int l = 0; l < tile_width; ++l) {
-    const int j = j0 + l < ctx.n[1] ? j0 + l : ctx.n[1] - 1;
-    r_row[l] = ctx.X.data + j * ctx.X.sj + k * ctx.X.sk;
-    w_row[l] = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
-    g_row[l] = ctx.G.data == nullptr ? nullptr : ctx.G.data + j * ctx.G.sj + k * ctx.G.sk;
-  }
-  // The rows that come next are asked for one group ahead: one row later still, as the dilatation of
-  // a group looks at the row behind it. After the last row come the first ones of the next plane.
-  const double* next_row[8];
-  for (int l = 0; l < tile_width; ++l) {
-    const int j = j0 + tile_width + 1 + l;
-    next_row[l] = ctx.W.data + (j < ctx.n[1] ? j * ctx.W.sj : (j - ctx.n[1]) * ctx.W.sj + ctx.W.sk) + k * ctx.W.sk;
-  }
+  const Walk walk = walk_of<Eight>(n, line.face_begin, line.face_end);
+  const XRows row(ctx, k, j0, walk.last);
   if ((cut & rows) == rows) {
     for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) {
       for (int f = 0; f < 5; ++f) {
-        for (int t = 0; t < ctx.tiles; ++t) store(r_row[l] + f * ctx.X.sf + t * tile_width, splat(0.0));
+        for (int t = 0; t < ctx.tiles; ++t) store(row.r[l] + f * ctx.X.sf + t * tile_width, splat(0.0));
       }
     }
     return;
@@ -138,18 +159,11 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
   constexpr Index step = node_record * tile_width;
   const UniformCoef coef = uniform_coef(line);
   const GasVec gas(ctx);
-  const Walk walk = walk_of<Eight>(n, line.face_begin, line.face_end);
   Forward<Visc, Eight> forward;
   bool started = false;
   for (int i0 = -tile_width; i0 <= walk.last; i0 += tile_width) {
-    load_x_block<Visc>(ctx, w_row, g_row, i0, block);
-    const int column = i0 < ctx.n[0] ? i0 : 0;
-    for (int l = 0; l < tile_width; ++l) {
-      prefetch_next(next_row[l] + column, ctx.W.sf, n_stage_fields - 1);
-      for (int d = 0; d < 2 * (ctx.present[2] ? 1 : 0); ++d) {
-        __builtin_prefetch(next_row[l] + column + (d == 0 ? ctx.W.sk : -ctx.W.sk) + 3 * ctx.W.sf, 0, 2);
-      }
-    }
+    load_x_block<Visc>(ctx, row.w, row.g, i0, block);
+    row.prefetch(i0 / tile_width + 1, ctx.W.sf);
     const double* base = block - i0 * step;
     Source src{base, tile_width, step, nullptr, {}, step};
     src.face_heat = !ctx.paper;
@@ -177,7 +191,7 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
         r[a] = load(out + (static_cast<Index>(a) * 5 + f) * tile_width);
         if (cut != 0) r[a] = select(cut, splat(0.0), r[a]);
       }
-      store_columns(r_row, f * ctx.X.sf + i, r, rows);
+      store_columns(row.r, f * ctx.X.sf + i, r, rows);
     }
   };
   const unsigned marked = ctx.any_mark ? ctx.line_marked[0][flag] & rows & ~cut : 0u;
