@@ -40,7 +40,8 @@ void Flow::Core::add_aligned_batches(int axis, std::vector<Segment>& group, Segm
   const auto a = static_cast<std::size_t>(axis);
   const auto ghosted = [&](const Segment& s) {
     const auto open = [&](std::size_t face, bool inner) {
-      return inner || (!is_mirrored(boundaries[face].kind) && boundaries[face].kind != BoundaryKind::periodic);
+      const BoundaryKind kind = boundaries[face].kind;
+      return inner || (!is_mirrored(kind) && kind != BoundaryKind::periodic && kind != BoundaryKind::neighbour);
     };
     return (s.wall_low >= 0 || open(2 * a, lo[a] > 0)) &&
            (s.wall_high >= 0 || open(2 * a + 1, hi[a] < grid.axis[a].n));
