@@ -168,7 +168,7 @@ TEST_F(FlowCaseTest, RefusesABodyThatTouchesAStretchedLayer) {
     mesh.vertices = {0.5, 0, 0, reach, 0, 0, 0.5, 1, 0, 0.5, 0, 1};
     mesh.triangles = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
     try {
-      static_cast<void>(make_bodies(flow_case, &mesh));
+      static_cast<void>(make_bodies(flow_case, {&mesh, 1}));
     } catch (const CaseError& error) {
       return std::string(error.what());
     }

@@ -25,8 +25,7 @@ class Clock {
   std::clock_t last_ = std::clock();
 };
 
-/// Prints what geometry and ghosts cost at 128^3 with 33 k triangles. The bounds are loose: they
-/// catch a cost that grows with the grid's volume times the facets, not a busy machine.
+/// Prints what geometry and ghosts cost at 128^3 with 33 k triangles; times are no test.
 TEST(ImmersedSpeed, OfTopologyAndGhostsAt128Cubed) {
   const Gas gas;
   const int n = 128;
@@ -76,14 +75,14 @@ TEST(ImmersedSpeed, OfTopologyAndGhostsAt128Cubed) {
     } else {
       // Many of them: threads that still wait after the last parallel work would count in one.
       constexpr int times = 200;
-      for (int n = 0; n < times; ++n) bodies.update_topology(W.view());
+      int renewed = 0;
+      for (int call = 0; call < times; ++call) renewed += bodies.update_topology(W.view()).renewed ? 1 : 0;
       const double again = clock.lap() / times;
       std::printf(", topology again %.4f ms", again);
-      EXPECT_LT(again, 1.0);
+      EXPECT_EQ(renewed, 0);  // bodies at rest cost nothing after the start
     }
     std::printf("\n");
-    EXPECT_LT(first, 5000.0);
-    EXPECT_LT(stage, 500.0);
+    EXPECT_GT(ghosts, 0);
   }
 }
 
