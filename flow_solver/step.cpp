@@ -192,6 +192,8 @@ void Flow::Core::sweep_planes() {
   const bool fill_here = ghosts_with_planes();
   // Walls and the radius add their parts to the dilatation of the whole plane.
   const bool whole_bulk = ctx.bulk && (bodies || radial.power > 0);
+  // Border fluxes across z are on their way meanwhile.
+  BorderSums* const z_sums = ranks ? ranks->flux[2].get() : nullptr;
 #pragma omp parallel num_threads(options.threads)
   {
     const auto thread = static_cast<std::size_t>(omp_get_thread_num());
@@ -205,6 +207,7 @@ void Flow::Core::sweep_planes() {
     }
 #pragma omp for schedule(static) nowait
     for (int k = 0; k < n2; ++k) {
+      if (z_sums != nullptr && thread == 0) z_sums->poll();
       const auto run = [&](int axis) {
         const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
         if (s.begin.empty()) return;
