@@ -162,5 +162,64 @@ TEST(ImmersedLoad, CountsTheExposedPartOfBodiesThatOverlap) {
   }
 }
 
+TEST(ImmersedLoad, GivesForcesThatHaveForceMomentAndPowerOfCutFacets) {
+  const Gas gas;
+  const Grid grid = uniform_grid(32, 32, 32, 1.0);
+  ImmersedBoundary bodies(grid, gas,
+                          {{.name = "ball", .surface = make_sphere({.5, .5, .4}, .25, 3), .moves = true},
+                           {.name = "block", .surface = make_box({.1, .1, .1}, {.9, .9, .43}, 8)}},
+                          {});
+  Fields W(grid);
+  W.set(grid, gas, [](double x, double y, double z) {
+    return std::array<double, 5>{p0 * (1.1 + .1 * x - .2 * y * z), T0, 0, 0, 0};
+  });
+  // A velocity that no rigid body has.
+  const std::vector<double> x(bodies.position(0).begin(), bodies.position(0).end());
+  std::vector<double> v(x.size());
+  for (std::size_t n = 0; n < v.size(); n += 3) {
+    v[n] = 3.0 * x[n + 2];
+    v[n + 1] = 1.0 - x[n] * x[n];
+    v[n + 2] = std::sin(20.0 * x[n]) + x[n + 1];
+  }
+  bodies.set_path(0, 0.0, 1e-4, x, v);
+  bodies.move_to(1e-4);
+  bodies.update_topology(W.view());
+  std::vector<double> force(x.size());
+  bodies.read_force(W.view(), 0, p0, force);
+  const BodyLoad load = bodies.load(W.view(), 0, p0);
+  Vec3 sum, moment;
+  double power = 0.0, power_size = 0.0;
+  for (std::size_t n = 0; n < x.size(); n += 3) {
+    const Vec3 f{{force[n], force[n + 1], force[n + 2]}};
+    const double part = dot(f, Vec3{{v[n], v[n + 1], v[n + 2]}});
+    sum = sum + f;
+    moment = moment + cross(Vec3{{x[n], x[n + 1], x[n + 2]}}, f);
+    power += part;
+    power_size += std::abs(part);
+  }
+  // The same sums in another order: rounding of some 2000 terms.
+  const double size = norm(sum);
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(sum[a], load.force[static_cast<std::size_t>(a)], 1e-12 * size);
+    EXPECT_NEAR(moment[a], load.moment[static_cast<std::size_t>(a)], 1e-12 * size);
+  }
+  EXPECT_NEAR(power, load.power, 1e-12 * power_size);
+  // Pressures at the vertices have the force only.
+  std::vector<double> p(x.size() / 3);
+  bodies.read_overpressure(W.view(), 0, p0, p);
+  const BodySurface& s = bodies.body(0).surface;
+  double power_of_pressures = 0.0;
+  for (std::size_t f = 0; f < s.triangles.size(); f += 3) {
+    const auto* corner = &s.triangles[f];
+    const Vec3 area = 0.5 * cross(row(x, corner[1]) - row(x, corner[0]), row(x, corner[2]) - row(x, corner[0]));
+    for (int i = 0; i < 3; ++i)  // linear pressure, linear velocity: weights 1/6 and 1/12
+      for (int j = 0; j < 3; ++j)
+        power_of_pressures -= (i == j ? 1.0 / 6.0 : 1.0 / 12.0) * p[static_cast<std::size_t>(corner[i])] *
+                              dot(area, row(v, corner[j]));
+  }
+  std::printf("cut ball: power of facets %.4f W, of forces %.4f W, of pressures at vertices %.4f W\n", load.power,
+              power, power_of_pressures);
+}
+
 }  // namespace
 }  // namespace ocublast::flow
