@@ -49,9 +49,9 @@ class Coupled {
   void start() {
     if (participant_ != nullptr) {
       const auto& surface = share_.surface();
-      participant_->take_forces();
       participant_->send_mesh(
           {.name = surface.name, .vertices = surface.vertices, .triangles = surface.triangles});
+      participant_->take_forces();
       participant_->ready(session_.run().stable_step(), session_.progress().window,
                           session_.run().state().time);
     }

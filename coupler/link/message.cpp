@@ -192,7 +192,6 @@ class Reader {
       case Kind::mesh:
         OCU_TAKE(out.mesh_hash, mesh_hash);
         out.mesh_name = cut(in_.mesh_name(), max_text_bytes);
-        out.takes_force = in_.takes_force();
         break;
       case Kind::ready: ready(out); break;
       case Kind::step: order(out); break;
@@ -228,7 +227,7 @@ std::uint32_t fields_allowed(Kind kind) {
     case Kind::mesh: return mesh;
     case Kind::ready: return position | velocity | acceleration;
     case Kind::step: return position | velocity | overpressure | force;
-    case Kind::result: return position | velocity | acceleration | overpressure | force | balance;
+    case Kind::result: return position | velocity | acceleration | overpressure | balance;
     default: return 0;
   }
 }
@@ -254,7 +253,6 @@ std::string encode(const Header& header) {
     case Kind::mesh:
       out.set_mesh_hash(header.mesh_hash);
       out.set_mesh_name(cut(header.mesh_name, max_text_bytes));
-      if (header.takes_force) out.set_takes_force(true);
       break;
     case Kind::ready:
       out.set_stable_step_s(header.stable_step);

@@ -54,7 +54,7 @@ struct Participant::State {
   std::uint64_t finished_window = 0;
   std::uint32_t iteration = 0; ///< of that window
   Header order;                ///< the last STEP or CHECKPOINT
-  bool takes_force = false;    ///< solid; flow: sends forces
+  bool takes_force = false;
   bool owes_result = false;
   bool owes_done = false;
   bool ended = false;          ///< BYE or ABORT was sent or received, or the coupler is gone
@@ -91,11 +91,9 @@ struct Participant::State {
   void offer_memory(Header& hello);
   void accept_memory(const Header& welcome);
   [[nodiscard]] std::size_t report_doubles() const {
-    const std::size_t motion = order.wants_acceleration ? 9 : 6;
-    return (connection.role == Role::flow ? load_components() : motion) * n_vertices + balance_doubles();
+    return (connection.role == Role::flow ? 1 : order.wants_acceleration ? 9 : 6) * n_vertices + balance_doubles();
   }
   [[nodiscard]] std::size_t balance_doubles() const { return meshes.size() > 1 ? 4 * meshes.size() : 0; }
-  [[nodiscard]] std::size_t load_components() const { return takes_force ? 3 : 1; }
   void count_parts();
   [[nodiscard]] std::span<double> report_room();
   [[nodiscard]] std::span<const std::byte> payload(const Header& header) {
@@ -343,7 +341,6 @@ void Participant::send_mesh(const InterfaceMesh& mesh) {
   header.n_vertices = mesh.n_vertices();
   header.n_triangles = mesh.triangles.size() / 3;
   header.mesh_name = mesh.name;
-  header.takes_force = s.connection.role == Role::solid && s.takes_force;
   header.mesh_hash = checksum({reinterpret_cast<const std::byte*>(payload.data()), payload.size()});
   const State::Part own{mesh.name, header.n_vertices, header.mesh_hash};
   if (s.connection.role == Role::solid || s.meshes.size() == 1) {
@@ -390,7 +387,6 @@ InterfaceMesh Participant::receive_mesh() {
 }
 
 void Participant::take_forces() { state_->takes_force = true; }
-void Participant::send_forces() { state_->takes_force = true; }
 
 namespace {
 
@@ -420,9 +416,9 @@ void Participant::ready(double stable_step, std::uint64_t window, double time,
   header.n_vertices = s.n_vertices;
   header.shares_memory = s.we_read;
   header.takes_force = s.takes_force;
-  const std::size_t most = s.connection.role == Role::flow ? s.load_components() : 9;
   if (s.coupler_reads && s.n_vertices > 0)
-    s.memory = SharedMemory((most * s.n_vertices + s.balance_doubles()) * sizeof(double), memory_slots);
+    s.memory = SharedMemory(((s.connection.role == Role::flow ? 1 : 9) * s.n_vertices + s.balance_doubles()) *
+                                sizeof(double), memory_slots);
   std::vector<std::span<const double>> parts;
   const std::size_t n = 3 * s.n_vertices;
   add_part(header, parts, motion.position, field::position, n, "position");
@@ -508,7 +504,6 @@ void Participant::send(const Report& report) {
     if (s.order.wants_acceleration)
       add_part(header, parts, report.acceleration, field::acceleration, 3 * s.n_vertices, "acceleration");
     add_part(header, parts, report.overpressure, field::overpressure, s.n_vertices, "overpressure");
-    add_part(header, parts, report.force, field::force, 3 * s.n_vertices, "force");
     header.n_interfaces = s.balance_doubles() > 0 && !balance.empty() ? static_cast<std::uint32_t>(s.meshes.size()) : 1;
     if (header.n_interfaces > 1)
       add_part(header, parts, balance, field::balance, s.balance_doubles(), "balance");
@@ -523,7 +518,7 @@ Participant::Room Participant::room() {
   const auto all = s.report_room();
   Room room;
   if (s.connection.role == Role::flow) {
-    (s.takes_force ? room.force : room.overpressure) = all.first(s.load_components() * s.n_vertices);
+    room.overpressure = all.first(s.n_vertices);
     return room;
   }
   const std::size_t n = 3 * s.n_vertices;

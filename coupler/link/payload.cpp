@@ -120,7 +120,6 @@ std::string mesh_payload(const InterfaceMesh& mesh) {
 InterfaceMesh mesh_from_payload(const Header& header, std::span<const std::byte> bytes) {
   InterfaceMesh mesh;
   mesh.name = header.mesh_name;
-  mesh.takes_force = header.takes_force;
   mesh.vertices.resize(3 * header.n_vertices);
   mesh.triangles.resize(3 * header.n_triangles);
   const std::size_t points = mesh.vertices.size() * sizeof(double);

@@ -135,9 +135,6 @@ class ImmersedBoundary {
   /// buried.
   void read_overpressure(FieldsView<const double> W, std::size_t b, double ambient_pressure,
                          std::span<double> at_vertices) const;
-  /// Forces [n, 3], N, at its vertices from the same read-out, of pressure and shear: see spread_forces.
-  void read_force(FieldsView<const double> W, std::size_t b, double ambient_pressure,
-                  std::span<double> at_vertices) const;
   /// Load on body b from the same read-out, integrated over the exposed part of its facets.
   [[nodiscard]] BodyLoad load(FieldsView<const double> W, std::size_t b,
                               double ambient_pressure) const;

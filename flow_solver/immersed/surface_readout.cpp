@@ -443,21 +443,6 @@ void spread_to_vertices(const Grid& grid, const BodyState& body,
   balance_force(shares, at_vertices);
 }
 
-void spread_forces(const BodyState& body, const std::vector<FacetReading>& facets,
-                   std::span<double> at_vertices) {
-  std::fill(at_vertices.begin(), at_vertices.end(), 0.0);
-  for (std::size_t f = 0; f < facets.size(); ++f) {
-    const FacetReading& reading = facets[f];
-    if (reading.exposed == 0.0) continue;
-    const double area = reading.exposed * body.geometry.area[f];
-    const Vec3 force = (-reading.overpressure * area) * body.geometry.normal[f] + area * reading.shear;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const auto v = static_cast<std::size_t>(body.topology.facet[f][c]);
-      for (std::size_t a = 0; a < 3; ++a) at_vertices[3 * v + a] += reading.weight[c] * force.c[a];
-    }
-  }
-}
-
 void spread_shear(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,
                   std::span<double> at_vertices) {
   spread(grid, body, facets, &FacetReading::shear, [&](std::size_t v, const Vec3& shear) {

@@ -46,12 +46,6 @@ enum class ReadShear { no, yes };
 void spread_to_vertices(const Grid& grid, const BodyState& body,
                         const std::vector<FacetReading>& facets, std::span<double> at_vertices);
 
-/// Forces at the vertices [n_vertices, 3], N, for a structure that takes them: each facet's pressure
-/// and shear on its exposed part go to its corners by the weights of that part's middle. Force and
-/// power of the vertices are those of integrate_load, however facets are covered.
-void spread_forces(const BodyState& body, const std::vector<FacetReading>& facets,
-                   std::span<double> at_vertices);
-
 /// Tractions of shear at the vertices [n_vertices, 3], the same mean.
 void spread_shear(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,
                   std::span<double> at_vertices);

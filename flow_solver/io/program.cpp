@@ -76,8 +76,6 @@ bool run(const Ranks& ranks, const CommandLine& line) {
       link::Role::flow, fmt::format("flow_solver {}", version_text), reader.hash()));
   coupler.guard([&] {
     auto surfaces = coupler.receive_meshes();
-    bool forces_taken = true;
-    for (const auto& surface : surfaces) forces_taken = forces_taken && surface.takes_force;
     for (const BodyCase& body : flow_case.bodies) {
       if (body.motion != BodyMotion::coupled || body.surface.empty()) continue;
       const BodySurface own = read_body_surface(body.surface);
@@ -86,10 +84,9 @@ bool run(const Ranks& ranks, const CommandLine& line) {
       surface.vertices = own.vertices;
       surface.triangles = own.triangles;
       coupler.send_mesh(surface);
-      forces_taken = false;
     }
     FlowRun flow_run(ranks, std::move(flow_case), line, log, surfaces);
-    flow_run.run_coupled(coupler, forces_taken);
+    flow_run.run_coupled(coupler);
   });
   return true;
 }

@@ -185,28 +185,6 @@ void FlowRun::find_coupled_bodies() {
   sums_.walls.resize(coupled_bodies_.size());
 }
 
-bool FlowRun::needs_forces() const {
-  const auto range = [&](std::size_t b, std::size_t axis) {
-    const auto& x = bodies_->body(b).surface.vertices;
-    std::pair span{x.at(axis), x.at(axis)};
-    for (std::size_t i = axis; i < x.size(); i += 3)
-      span = {std::min(span.first, x[i]), std::max(span.second, x[i])};
-    return span;
-  };
-  const auto boxes_meet = [&](std::size_t a, std::size_t b) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto [low_a, high_a] = range(a, axis);
-      const auto [low_b, high_b] = range(b, axis);
-      if (high_a < low_b || high_b < low_a) return false;
-    }
-    return true;
-  };
-  for (const CoupledBody& c : coupled_bodies_)
-    for (std::size_t b = 0; b < case_.bodies.size(); ++b)
-      if (b != c.body && boxes_meet(c.body, b)) return true;
-  return false;
-}
-
 /// Bursts and charges at the start; after a resume only the waves that still come in from outside.
 void FlowRun::start_gas(bool resumed) {
   std::vector<Body> bodies;
@@ -546,8 +524,7 @@ link::Report FlowRun::finish_window(const link::Order& order) {
   }
   report.status = status();
   if (report.idle) return report;
-  if (force_.empty()) report.overpressure = overpressure_;
-  else report.force = force_;
+  report.overpressure = overpressure_;
   for (std::size_t k = 0; k < coupled_bodies_.size(); ++k) {
     const CoupledBody& c = coupled_bodies_[k];
     const auto mine = std::span(overpressure_).subspan(c.first, c.count);
@@ -555,12 +532,9 @@ link::Report FlowRun::finish_window(const link::Order& order) {
     Sums::Wall& wall = sums_.walls[k];
     link::InterfaceBalance balance;
     // A quiet load of one body is none, as it would be alone: its solid may sleep.
-    const auto forces = force_.empty() ? std::span<double>() : std::span(force_).subspan(3 * c.first, 3 * c.count);
     if (!loaded[k]) {
       std::fill(mine.begin(), mine.end(), 0.0);
-      std::fill(forces.begin(), forces.end(), 0.0);
     } else {
-      if (!forces.empty()) bodies_->read_force(W, c.body, case_.common.ambient_pressure, forces);
       // Trapezoidal rule on power and force: 2nd order in the window, as the coupling itself.
       balance.work = 0.5 * window * (wall.power + load.power);
       for (std::size_t a = 0; a < 3; ++a) balance.impulse[a] = 0.5 * window * (wall.force[a] + load.force[a]);
@@ -595,11 +569,7 @@ void FlowRun::move_coupled_bodies(const link::Order& order) {
   }
 }
 
-void FlowRun::run_coupled(link::Participant& coupler, bool forces_taken) {
-  if (forces_taken && needs_forces()) {
-    coupler.send_forces();
-    force_.assign(3 * overpressure_.size(), 0.0);
-  }
+void FlowRun::run_coupled(link::Participant& coupler) {
   std::signal(SIGINT, SIG_IGN);  // Ctrl-C reaches the whole group; the coupler decides what it means
   coupler.ready(stable_step(), static_cast<std::uint64_t>(clock_.window), clock_.time);
   while (true) {

@@ -47,9 +47,8 @@ class FlowRun {
 
   /// Runs to the end of time; a signal ends it early with a checkpoint. Whether the end was reached.
   [[nodiscard]] bool run_alone();
-  /// Serves a coupler until it says finish. `forces_taken`: all solids take forces at the vertices that
-  /// they sent.
-  void run_coupled(link::Participant& coupler, bool forces_taken);
+  /// Serves a coupler until it says finish.
+  void run_coupled(link::Participant& coupler);
 
  private:
   void step_to(double t_end);
@@ -101,10 +100,6 @@ class FlowRun {
   std::vector<CoupledBody> coupled_bodies_;  ///< in the order of FlowCase::solids
   std::vector<double> overpressure_;       ///< Pa, at the vertices of the coupled bodies
   void find_coupled_bodies();
-  /// Whether another body may cover facets of a coupled one in part (the boxes of both meet at the
-  /// start): pressures at vertices would then not have the force and the work of those facets.
-  [[nodiscard]] bool needs_forces() const;
-  std::vector<double> force_;              ///< N, [n, 3] at the same vertices, where forces are sent
   void move_coupled_bodies(const link::Order& order);
   std::vector<StartQuantity> start_quantities_;
   std::shared_ptr<IncidentWaves> incident_;  ///< null: no wave from outside
