@@ -87,7 +87,7 @@ def _panels(columns: list[str], values: np.ndarray, panels: dict) -> plt.Figure:
 def split_figure(performance: dict):
     """Bars of all wall times in the summary; None without any."""
     seconds = {k: v for k, v in performance.items()
-               if k.endswith("_s") and not k.endswith("_per_s") and isinstance(v, (int, float))}
+               if k.endswith("_s") and not k.endswith(("_per_s", "_stable_step_s")) and isinstance(v, (int, float))}
     if not seconds:
         return None
     figure, axis = plt.subplots(figsize=(8, 0.4 + 0.3 * len(seconds)))
