@@ -4,7 +4,7 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <bit>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -18,6 +18,10 @@ namespace {
 std::size_t index(std::int32_t n) {
   return static_cast<std::size_t>(n);
 }
+
+/// Enough that dynamic scheduling evens out the threads of a large machine; few, so that most nodes
+/// are inside a task.
+constexpr double most_tasks = 64.0;
 
 }  // namespace
 
@@ -38,10 +42,11 @@ Assembly::Assembly(const SolidMesh& mesh, std::vector<Material> materials,
       laws_(make_laws()),
       elements_(make_elements()),
       team_(std::move(part)),
-      buffers_(static_cast<std::size_t>(options.threads)) {
+      scratch_(static_cast<std::size_t>(options.threads)) {
   choose_elements();
   build_blocks();
-  build_colours();
+  build_tasks();
+  if (has_nodal_) build_pressure_rows();
   build_mass();
   if (!team_.alone()) share_pressure_nodes();
 }
@@ -97,48 +102,60 @@ void Assembly::build_blocks() {
   }
 }
 
-void Assembly::build_colours() {
-  colour_chunks(true);
-  n_border_colours_ = colours_.size();
-  colour_chunks(false);
-  std::size_t n_chunks = 0;
-  for (const auto& colour : colours_) n_chunks += colour.size();
-  sums_.resize(n_chunks);
+/// Chunks in the order of the curve, those at the border to other ranks first, cut into tasks of
+/// about equal cost.
+void Assembly::build_tasks() {
+  for (const bool border : {true, false}) {
+    const std::size_t first = chunks_.size();
+    double cost = 0.0;
+    for (auto& block : blocks_) {
+      const std::size_t n_border = block.n_border_chunks();
+      const std::size_t last = border ? n_border : block.chunks().size();
+      for (std::size_t k = border ? 0 : n_border; k < last; ++k) {
+        chunks_.push_back({.block = &block, .range = &block.chunks()[k]});
+        cost += block.type().cost;
+      }
+    }
+    double done = 0.0;
+    for (std::size_t k = first; k < chunks_.size(); ++k) {
+      const double before = std::floor(done / cost * most_tasks);
+      if (k == first || before > std::floor((done - chunks_[k - 1].block->type().cost) / cost *
+                                            most_tasks))
+        tasks_.push_back({.begin = k, .end = k});
+      tasks_.back().end = k + 1;
+      done += chunks_[k].block->type().cost;
+    }
+    if (border) n_border_tasks_ = tasks_.size();
+  }
+  std::vector<TaskRows::Use> uses;
+  std::size_t most_rows = 0;
+  for (std::size_t t = 0; t < tasks_.size(); ++t)
+    for (std::size_t k = tasks_[t].begin; k < tasks_[t].end; ++k) {
+      uses.push_back({.rows = chunks_[k].block->row_nodes(*chunks_[k].range), .task = t});
+      most_rows = std::max(most_rows, uses.back().rows.size());
+    }
+  force_rows_ = TaskRows(mesh_.n_nodes(), row_stride, uses, n_border_tasks_);
+  sums_.resize(chunks_.size());
+  for (auto& scratch : scratch_) {
+    scratch.rows.resize(row_stride * most_rows);
+    scratch.forces.resize(row_stride * most_rows);
+  }
 }
 
-/// Adds the colours of the chunks at the border to other ranks, or of the others.
-void Assembly::colour_chunks(bool border) {
-  // Greedy: each chunk takes the first colour that none of its nodes has seen. 64 colours are far
-  // beyond what compact chunks need (about 8); more would mean a chunk of scattered elements, which
-  // then gets a colour of its own.
-  std::vector<std::uint64_t> seen(mesh_.n_nodes(), 0);
-  const std::size_t before = colours_.size();
+void Assembly::build_pressure_rows() {
   for (auto& block : blocks_) {
-    const std::size_t n_border = block.n_border_chunks();
-    const std::size_t last = border ? n_border : block.chunks().size();
-    for (std::size_t k = border ? 0 : n_border; k < last; ++k) {
-      const auto [begin, end] = block.chunks()[k];
-      const auto span = block.nodes(begin, end);
-      std::vector<std::int32_t> nodes(span.begin(), span.end());
-      std::sort(nodes.begin(), nodes.end());
-      nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-      Chunk chunk{.block = &block,
-                  .begin = begin,
-                  .end = end,
-                  .first_node = chunk_nodes_.size(),
-                  .last_node = chunk_nodes_.size() + nodes.size()};
-      chunk_nodes_.insert(chunk_nodes_.end(), nodes.begin(), nodes.end());
-      std::uint64_t taken = 0;
-      for (const std::int32_t n : nodes) taken |= seen[index(n)];
-      const auto colour = static_cast<std::size_t>(std::countr_one(taken));
-      if (colour >= 64) {
-        colours_.push_back({chunk});
-        continue;
+    if (block.type().volumetric != Volumetric::nodal) continue;
+    std::vector<TaskRows::Use> uses;
+    auto& rows = pressure_rows_.emplace_back();
+    for (std::size_t t = 0; t < tasks_.size(); ++t)
+      for (std::size_t k = tasks_[t].begin; k < tasks_[t].end; ++k) {
+        auto& chunk = chunks_[k];
+        if (chunk.block != &block) continue;
+        chunk.pressures = &rows;
+        chunk.pressure_use = uses.size();
+        uses.push_back({.rows = block.row_pressures(*chunk.range), .task = t});
       }
-      if (before + colour >= colours_.size()) colours_.resize(before + colour + 1);
-      colours_[before + colour].push_back(chunk);
-      for (const std::int32_t n : nodes) seen[index(n)] |= std::uint64_t{1} << colour;
-    }
+    rows = TaskRows(block.n_pressure_nodes(), 1, uses, n_border_tasks_);
   }
 }
 
@@ -199,8 +216,8 @@ void Assembly::share_pressure_nodes() {
 
 bool Assembly::moved(const Chunk& chunk, const double* displacement) const {
   if (chunk.active || !options_.skip_undeformed) return true;
-  for (std::size_t k = chunk.first_node; k < chunk.last_node; ++k) {
-    const double* d = displacement + 4 * index(chunk_nodes_[k]);
+  for (const auto n : chunk.block->row_nodes(*chunk.range)) {
+    const double* d = displacement + row_stride * index(n);
     if (d[0] != 0.0 || d[1] != 0.0 || d[2] != 0.0) return true;
   }
   return false;
@@ -211,31 +228,49 @@ bool Assembly::deformed(const Chunk& chunk, const double* displacement) const {
   if (moved(chunk, displacement)) return true;
   if (chunk.block->type().volumetric != Volumetric::nodal) return false;
   // A pressure node may have got its pressure from the other side.
-  const auto view = chunk.block->view();
-  const auto* begin = view.pressure_nodes + chunk.begin * 4 * batch_lanes;
-  const auto* end = view.pressure_nodes + chunk.end * 4 * batch_lanes;
-  return std::any_of(begin, end,
-                     [&](std::int32_t p) { return view.nodal_volume_change[p] != 0.0; });
+  const auto pressures = chunk.block->row_pressures(*chunk.range);
+  const auto& change = chunk.block->nodal_volume_change();
+  return std::any_of(pressures.begin(), pressures.end(),
+                     [&](std::int32_t p) { return change[index(p)] != 0.0; });
 }
 
-/// Inside a parallel region: adds the dilatations of a colour at its pressure nodes.
-void Assembly::add_volumes(std::vector<Chunk>& colour, const double* displacement) {
-  auto& buffer = buffers_[static_cast<std::size_t>(omp_get_thread_num())];
+/// Copies a chunk's rows of displacement and clears its sums.
+void Assembly::fetch_rows(const Chunk& chunk, const double* displacement, Scratch& scratch) const {
+  const auto nodes = chunk.block->row_nodes(*chunk.range);
+  double* rows = scratch.rows.data();
+  for (std::size_t k = 0; k < nodes.size(); ++k)
+    std::memcpy(rows + row_stride * k, displacement + row_stride * index(nodes[k]),
+                row_stride * sizeof(double));
+  std::memset(scratch.forces.data(), 0, row_stride * nodes.size() * sizeof(double));
+}
+
+/// Asks for the rows of the chunk that comes next, if there is one.
+void Assembly::prefetch_rows(std::size_t chunk, const double* displacement) const {
+  if (chunk >= chunks_.size()) return;
+  for (const auto n : chunks_[chunk].block->row_nodes(*chunks_[chunk].range))
+    __builtin_prefetch(displacement + row_stride * index(n));
+}
+
+/// Inside a parallel region: adds the dilatations of tasks at their pressure nodes.
+void Assembly::add_volumes(std::size_t begin, std::size_t end, const double* displacement) {
+  auto& scratch = scratch_[static_cast<std::size_t>(omp_get_thread_num())];
 #pragma omp for schedule(dynamic)
-  for (std::size_t k = 0; k < colour.size(); ++k) {
-    auto& block = *colour[k].block;
-    if (block.type().volumetric != Volumetric::nodal) continue;
-    if (!moved(colour[k], displacement)) continue;
-    const auto& element = element_kernels(block);
-    const auto& law = law_kernels(block);
-    const auto view = block.view();
-    for (auto b = colour[k].begin; b < colour[k].end; b += block.group()) {
-      const auto last = std::min(colour[k].end, b + block.group());
-      element.gradients(view, displacement, b, last, buffer);
-      law.dilatation(b, last, buffer);
-      element.add_volume(view, b, last, buffer);
+  for (std::size_t t = begin; t < end; ++t)
+    for (std::size_t k = tasks_[t].begin; k < tasks_[t].end; ++k) {
+      const auto& chunk = chunks_[k];
+      auto& block = *chunk.block;
+      if (chunk.pressures == nullptr || !moved(chunk, displacement)) continue;
+      fetch_rows(chunk, displacement, scratch);
+      prefetch_rows(k + 1, displacement);
+      element_kernels(block).add_volume(block.view(), scratch.rows.data(),
+                                        block.law().finite_strain, chunk.range->begin,
+                                        chunk.range->end, scratch.forces.data());
+      const double* change = scratch.forces.data();
+      for (const auto target : chunk.pressures->targets(chunk.pressure_use)) {
+        *chunk.pressures->at(block.nodal_volume_change().data(), target) += *change;
+        change += row_stride;
+      }
     }
-  }
 }
 
 /// Inside a parallel region: dilatation and pressure at the nodes of elements that average there.
@@ -246,13 +281,20 @@ void Assembly::compute_nodal_pressures(const double* displacement, Exchange exch
 #pragma omp for schedule(static)
     for (std::size_t a = 0; a < change.size(); ++a) change[a] = 0.0;
   }
-  for (std::size_t c = 0; c < n_border_colours_; ++c) add_volumes(colours_[c], displacement);
+  const auto collect = [&](TaskRows::Rows which) {
+    auto rows = pressure_rows_.begin();
+    for (auto& block : blocks_)
+      if (block.type().volumetric == Volumetric::nodal)
+        (rows++)->collect(block.nodal_volume_change().data(), which);
+  };
+  add_volumes(0, n_border_tasks_, displacement);
+  collect(TaskRows::Rows::border);
   if (exchange == Exchange::all) {
 #pragma omp master
     for (auto& [block, values] : shared_pressures_) values.start(block->nodal_volume_change());
   }
-  for (std::size_t c = n_border_colours_; c < colours_.size(); ++c)
-    add_volumes(colours_[c], displacement);
+  add_volumes(n_border_tasks_, tasks_.size(), displacement);
+  collect(TaskRows::Rows::others);
   if (exchange == Exchange::all) {
 #pragma omp master
     for (auto& [block, values] : shared_pressures_) values.finish(block->nodal_volume_change());
@@ -267,19 +309,26 @@ void Assembly::compute_nodal_pressures(const double* displacement, Exchange exch
   }
 }
 
-void Assembly::run_chunk(const Chunk& chunk, const double* displacement, double* force,
-                         double inverse_step, PointBuffer& buffer, KernelSums& sums) const {
+/// Forces of a chunk's elements at its rows.
+void Assembly::run_chunk(const Chunk& chunk, double inverse_step, Scratch& scratch,
+                         KernelSums& sums) const {
   auto& block = *chunk.block;
   const auto& element = element_kernels(block);
   const auto& law = law_kernels(block);
   const auto view = block.view();
-  const bool nodal = block.type().volumetric == Volumetric::nodal;
-  for (auto b = chunk.begin; b < chunk.end; b += block.group()) {
-    const auto last = std::min(chunk.end, b + block.group());
-    element.gradients(view, displacement, b, last, buffer);
-    if (nodal) element.gather_pressure(view, b, last, buffer);
+  auto& buffer = scratch.buffer;
+  if (block.type().volumetric == Volumetric::nodal) {
+    double* row = scratch.rows.data();
+    for (const auto p : block.row_pressures(*chunk.range)) {
+      row[3] = view.nodal_pressure[p];
+      row += row_stride;
+    }
+  }
+  for (auto b = chunk.range->begin; b < chunk.range->end; b += block.group()) {
+    const auto last = std::min(chunk.range->end, b + block.group());
+    element.gradients(view, scratch.rows.data(), b, last, buffer);
     law.stress(view, inverse_step, b, last, buffer, sums);
-    element.forces(view, b, last, buffer, force);
+    element.forces(view, b, last, buffer, scratch.forces.data());
     if (!block.type().hourglass) continue;
     for (std::int64_t e = 0; e < last - b; ++e)
       for (int lane = 0; lane < batch_lanes; ++lane)
@@ -287,26 +336,34 @@ void Assembly::run_chunk(const Chunk& chunk, const double* displacement, double*
   }
 }
 
-/// Inside a parallel region: forces of the chunks of a colour, the first of which is number
-/// `first`.
-void Assembly::run_colour(std::size_t colour, std::size_t first, const double* displacement,
-                          double* force, double inverse_step) {
-  auto& chunks = colours_[colour];
+/// Inside a parallel region: forces of tasks.
+void Assembly::run_tasks(std::size_t begin, std::size_t end, const double* displacement,
+                         double* force, double inverse_step) {
   const int thread = omp_get_thread_num();
+  auto& scratch = scratch_[static_cast<std::size_t>(thread)];
   // MPI belongs to the thread that has started it.
-  const bool polls = thread == 0 && !team_.alone() && colour >= n_border_colours_;
+  const bool polls = thread == 0 && !team_.alone() && begin >= n_border_tasks_;
 #pragma omp for schedule(dynamic)
-  for (std::size_t k = 0; k < chunks.size(); ++k) {
-    KernelSums sums;
-    if (deformed(chunks[k], displacement)) {
-      // Only steps in time leave a mark: probes of the stiffness move everything.
-      chunks[k].active = chunks[k].active || inverse_step > 0.0;
-      run_chunk(chunks[k], displacement, force, inverse_step,
-                buffers_[static_cast<std::size_t>(thread)], sums);
+  for (std::size_t t = begin; t < end; ++t)
+    for (std::size_t k = tasks_[t].begin; k < tasks_[t].end; ++k) {
+      KernelSums sums;
+      auto& chunk = chunks_[k];
+      if (deformed(chunk, displacement)) {
+        // Only steps in time leave a mark: probes of the stiffness move everything.
+        chunk.active = chunk.active || inverse_step > 0.0;
+        fetch_rows(chunk, displacement, scratch);
+        prefetch_rows(k + 1, displacement);
+        run_chunk(chunk, inverse_step, scratch, sums);
+        const double* row = scratch.forces.data();
+        for (const auto target : force_rows_.targets(k)) {
+          double* out = force_rows_.at(force, target);
+          for (int i = 0; i < row_stride; ++i) out[i] += row[i];
+          row += row_stride;
+        }
+      }
+      sums_[k] = sums;
+      if (polls) team_.forces()->poll();
     }
-    sums_[first + k] = sums;
-    if (polls) team_.forces()->poll();
-  }
 }
 
 ForceReport Assembly::compute_force(std::span<const double> displacement, std::span<double> force,
@@ -316,12 +373,8 @@ ForceReport Assembly::compute_force(std::span<const double> displacement, std::s
 #pragma omp for schedule(static)
     for (std::size_t i = 0; i < force.size(); ++i) force[i] = 0.0;
     if (has_nodal_) compute_nodal_pressures(displacement.data(), Exchange::all);
-    std::size_t first = 0;
-    const auto run_colours = [&](std::size_t begin, std::size_t end) {
-      for (std::size_t c = begin; c < end; first += colours_[c++].size())
-        run_colour(c, first, displacement.data(), force.data(), inverse_step);
-    };
-    run_colours(0, n_border_colours_);
+    run_tasks(0, n_border_tasks_, displacement.data(), force.data(), inverse_step);
+    force_rows_.collect(force.data(), TaskRows::Rows::border);
     if (!team_.alone()) {
 #pragma omp master
       {
@@ -330,7 +383,8 @@ ForceReport Assembly::compute_force(std::span<const double> displacement, std::s
       }
 #pragma omp barrier
     }
-    run_colours(n_border_colours_, colours_.size());
+    run_tasks(n_border_tasks_, tasks_.size(), displacement.data(), force.data(), inverse_step);
+    force_rows_.collect(force.data(), TaskRows::Rows::others);
   }
   if (!team_.alone())
     team_.forces()->finish(force);
@@ -356,26 +410,38 @@ void Assembly::evaluate(std::span<const double> displacement, CellResults& resul
 #pragma omp parallel num_threads(options_.threads)
   {
     if (has_nodal_) compute_nodal_pressures(displacement.data(), exchange);
-    auto& buffer = buffers_[static_cast<std::size_t>(omp_get_thread_num())];
-    std::memset(buffer.hourglass, 0, sizeof buffer.hourglass);
-    AlignedVector<double> batch(n_evaluated * batch_lanes);
-    for (auto& block : blocks_) {
-      const auto& element = element_kernels(block);
-      const auto view = block.view();
+    auto& scratch = scratch_[static_cast<std::size_t>(omp_get_thread_num())];
+    std::memset(scratch.buffer.hourglass, 0, sizeof scratch.buffer.hourglass);
+    AlignedVector<double> out(n_evaluated * batch_lanes);
 #pragma omp for schedule(static)
-      for (std::int64_t b = 0; b < block.n_batches(); ++b) {
-        element.gradients(view, displacement.data(), b, b + 1, buffer);
-        if (element.gather_pressure != nullptr && block.type().volumetric == Volumetric::nodal)
-          element.gather_pressure(view, b, b + 1, buffer);
-        law_kernels(block).evaluate(view, b, b + 1, buffer, batch.data());
-        for (std::size_t lane = 0; lane < batch_lanes; ++lane) {
-          const std::int64_t cell = block.cell(static_cast<std::size_t>(b) * batch_lanes + lane);
-          if (cell < 0) continue;
-          for (std::size_t k = 0; k < n_evaluated; ++k)
-            results[static_cast<std::size_t>(cell) * n_evaluated + k] =
-                batch[k * batch_lanes + lane];
-        }
-      }
+    for (std::size_t k = 0; k < chunks_.size(); ++k) {
+      fetch_rows(chunks_[k], displacement.data(), scratch);
+      evaluate_chunk(chunks_[k], scratch, out, results);
+    }
+  }
+}
+
+void Assembly::evaluate_chunk(const Chunk& chunk, Scratch& scratch, std::span<double> out,
+                              CellResults& results) const {
+  auto& block = *chunk.block;
+  auto view = block.view();
+  if (block.type().volumetric == Volumetric::nodal) {
+    const auto pressures = block.row_pressures(*chunk.range);
+    for (std::size_t k = 0; k < pressures.size(); ++k) {
+      const auto p = index(pressures[k]);
+      scratch.rows[row_stride * k + 3] = view.nodal_pressure[p];
+      scratch.forces[row_stride * k] = view.nodal_volume_change[p] / view.nodal_volume[p];
+    }
+    view.dilatation_rows = scratch.forces.data();
+  }
+  for (auto b = chunk.range->begin; b < chunk.range->end; ++b) {
+    element_kernels(block).gradients(view, scratch.rows.data(), b, b + 1, scratch.buffer);
+    law_kernels(block).evaluate(view, b, b + 1, scratch.buffer, out.data());
+    for (std::size_t lane = 0; lane < batch_lanes; ++lane) {
+      const std::int64_t cell = block.cell(static_cast<std::size_t>(b) * batch_lanes + lane);
+      if (cell < 0) continue;
+      for (std::size_t k = 0; k < n_evaluated; ++k)
+        results[static_cast<std::size_t>(cell) * n_evaluated + k] = out[k * batch_lanes + lane];
     }
   }
 }
@@ -432,21 +498,18 @@ double Assembly::viscous_damping_ratio(double omega) const {
 }
 
 void Assembly::wake_all() {
-  for (auto& colour : colours_)
-    for (auto& chunk : colour) chunk.active = true;
+  for (auto& chunk : chunks_) chunk.active = true;
 }
 
 std::size_t Assembly::n_active_chunks() const {
-  std::size_t n = 0;
-  for (const auto& colour : colours_)
-    n += static_cast<std::size_t>(
-        std::count_if(colour.begin(), colour.end(), [](const Chunk& c) { return c.active; }));
-  return n;
+  return static_cast<std::size_t>(
+      std::count_if(chunks_.begin(), chunks_.end(), [](const Chunk& c) { return c.active; }));
 }
 
 std::size_t Assembly::bytes() const {
-  std::size_t sum = 8 * mass_.size() + 4 * chunk_nodes_.size();
+  std::size_t sum = 8 * mass_.size() + force_rows_.bytes();
   for (const auto& block : blocks_) sum += block.bytes();
+  for (const auto& rows : pressure_rows_) sum += rows.bytes();
   return sum;
 }
 

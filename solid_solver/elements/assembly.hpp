@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "solid_solver/elements/element_block.hpp"
+#include "solid_solver/elements/task_rows.hpp"
 #include "solid_solver/parallel/team.hpp"
 
 namespace ocublast::solid {
@@ -53,8 +54,9 @@ struct StepBound {
 /// "hex8 12 of sclera at (x, y, z) m".
 [[nodiscard]] std::string describe_cell(const SolidMesh& mesh, std::size_t cell);
 
-/// Internal forces of all elements. Chunks are coloured so that no two of one colour share a node;
-/// colours run one after another and the order of additions at a node never changes: results do not
+/// Internal forces of all elements. A chunk works on copies of its nodes' rows; consecutive chunks
+/// along the curve make a task, which one thread runs from end to end. The tasks are the same for
+/// any number of threads, and so is the order of additions at a node (see TaskRows): results do not
 /// depend on the number of threads, to the last bit. Among ranks the elements at nodes that others
 /// have as well come first; their sums travel while the other elements are computed.
 class Assembly {
@@ -99,27 +101,37 @@ class Assembly {
                        [static_cast<std::size_t>(cell.tissue)];
   }
   [[nodiscard]] std::list<ElementBlock>& blocks() { return blocks_; }
-  [[nodiscard]] std::size_t n_colours() const { return colours_.size(); }
-  [[nodiscard]] std::size_t n_chunks() const { return sums_.size(); }
+  [[nodiscard]] std::size_t n_tasks() const { return tasks_.size(); }
+  [[nodiscard]] std::size_t n_chunks() const { return chunks_.size(); }
   [[nodiscard]] std::size_t n_active_chunks() const;
   [[nodiscard]] int threads() const { return options_.threads; }
   [[nodiscard]] InstructionSet instruction_set() const { return options_.instruction_set; }
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  /// Batches [begin, end) of a block that one thread assembles at a time.
+  /// A chunk of a block and where its sums go.
   struct Chunk {
     ElementBlock* block = nullptr;
-    std::int64_t begin = 0;
-    std::int64_t end = 0;
-    std::size_t first_node = 0;  ///< its nodes in chunk_nodes_, each once
-    std::size_t last_node = 0;
+    const ElementBlock::Chunk* range = nullptr;
+    TaskRows* pressures = nullptr;  ///< nodal only, with the number of its use there
+    std::size_t pressure_use = 0;
     bool active = false;
+  };
+  /// Chunks [begin, end), by one thread.
+  struct Task {
+    std::size_t begin = 0;
+    std::size_t end = 0;
+  };
+  /// What a thread works in.
+  struct Scratch {
+    PointBuffer buffer;
+    AlignedVector<double> rows;    ///< displacement (m) and pressure (Pa) of a chunk's nodes
+    AlignedVector<double> forces;  ///< N; of the pressure pass: volume change, m^3
   };
   void choose_elements();
   void build_blocks();
-  void build_colours();
-  void colour_chunks(bool border);
+  void build_tasks();
+  void build_pressure_rows();
   void build_mass();
   void share_pressure_nodes();
   [[nodiscard]] const ElementKernels& element_kernels(const ElementBlock& block) const {
@@ -132,12 +144,15 @@ class Assembly {
   [[nodiscard]] bool deformed(const Chunk& chunk, const double* displacement) const;
   enum class Exchange { none, all };
   void compute_nodal_pressures(const double* displacement, Exchange exchange);
-  void add_volumes(std::vector<Chunk>& colour, const double* displacement);
-  void run_colour(std::size_t colour, std::size_t first, const double* displacement, double* force,
-                  double inverse_step);
+  void add_volumes(std::size_t begin, std::size_t end, const double* displacement);
+  void run_tasks(std::size_t begin, std::size_t end, const double* displacement, double* force,
+                 double inverse_step);
+  void fetch_rows(const Chunk& chunk, const double* displacement, Scratch& scratch) const;
+  void prefetch_rows(std::size_t chunk, const double* displacement) const;
   void evaluate(std::span<const double> displacement, CellResults& results, Exchange exchange);
-  void run_chunk(const Chunk& chunk, const double* displacement, double* force, double inverse_step,
-                 PointBuffer& buffer, KernelSums& sums) const;
+  void evaluate_chunk(const Chunk& chunk, Scratch& scratch, std::span<double> out,
+                      CellResults& results) const;
+  void run_chunk(const Chunk& chunk, double inverse_step, Scratch& scratch, KernelSums& sums) const;
 
   const SolidMesh& mesh_;
   std::vector<Material> materials_;
@@ -148,18 +163,20 @@ class Assembly {
   std::array<std::vector<const ElementType*>, n_shapes> element_of_;  ///< per shape and tissue
   std::list<ElementBlock> blocks_;
   Team team_;
-  std::vector<std::vector<Chunk>> colours_;
-  std::size_t n_border_colours_ = 0;  ///< the first of them
+  std::vector<Chunk> chunks_;
+  std::vector<Task> tasks_;
+  std::size_t n_border_tasks_ = 0;  ///< the first of them
+  TaskRows force_rows_;
+  std::list<TaskRows> pressure_rows_;  ///< per block that averages at nodes
   struct SharedPressures {
     ElementBlock* block;
     SharedValues values;
   };
   std::vector<SharedPressures> shared_pressures_;
-  std::vector<std::int32_t> chunk_nodes_;
   std::vector<double> mass_;
   std::vector<bool> planar_;
-  std::vector<KernelSums> sums_;        ///< per chunk in colour order
-  AlignedVector<PointBuffer> buffers_;  ///< per thread
+  std::vector<KernelSums> sums_;  ///< per chunk
+  std::vector<Scratch, AlignedAllocator<Scratch>> scratch_;  ///< per thread
   bool has_nodal_ = false;
 };
 

@@ -1,7 +1,7 @@
 #include "solid_solver/elements/element_block.hpp"
 
 #include <algorithm>
-#include <map>
+#include <stdexcept>
 
 #include "solid_solver/mesh/cell_geometry.hpp"
 
@@ -13,6 +13,8 @@ constexpr std::size_t lanes = batch_lanes;
 constexpr std::size_t overlay_state_per_point(std::size_t n_terms) {
   return 18 + 6 * n_terms;
 }
+// Offsets of rows are 16 bits wide; ten nodes of each element at most.
+constexpr std::size_t most_chunk_elements = 65536 / row_stride / most_nodes;
 // A filler's forces vanish through its weight; its volume only divides and must not be zero.
 constexpr double filler_scale = 1e-200;
 
@@ -66,12 +68,12 @@ ElementBlock::ElementBlock(const ElementType& type, const MaterialLaw& law,
     border = std::stable_partition(cells.begin(), cells.end(), [&](std::int64_t cell) {
       return parts.at_border[static_cast<std::size_t>(cell)] != 0;
     });
-  const std::size_t chunk_elements = std::max(lanes, parts.chunk_elements / lanes * lanes);
+  const std::size_t chunk_elements =
+      std::clamp(parts.chunk_elements, lanes, most_chunk_elements) / lanes * lanes;
   pack({cells.begin(), border}, chunk_elements);
   n_border_chunks_ = chunks_.size();
   pack({border, cells.end()}, chunk_elements);
   const std::size_t n_batches = cell_.size() / lanes;
-  nodes_.resize(n_batches * info(type_.shape).n_nodes * lanes);
   reference_.resize(n_batches * type_.n_reference * lanes);
   constants_.resize(n_batches * law_.n_values() * lanes);
   viscosity_.resize(n_batches * 2 * lanes);
@@ -80,22 +82,23 @@ ElementBlock::ElementBlock(const ElementType& type, const MaterialLaw& law,
     overlay_parameters_.resize(n_batches * (1 + 2 * n_terms_) * lanes);
     overlay_state_.resize(n_batches * type_.n_points * overlay_state_per_point(n_terms_) * lanes);
   }
-  std::int64_t last = -1;
-  for (std::size_t slot = 0; slot < cell_.size(); ++slot) {
-    const bool filler = cell_[slot] < 0;
-    if (!filler) last = cell_[slot];
-    fill_slot(slot, last, filler, parts);
-  }
-  if (type_.volumetric == Volumetric::nodal) build_pressure_nodes(parts);
+  for (std::size_t slot = 0; slot < cell_.size(); ++slot)
+    fill_slot(slot, cell_of_slot_[slot], cell_[slot] < 0, parts);
+  build_rows(parts);
 }
 
 void ElementBlock::pack(std::span<const std::int64_t> cells, std::size_t chunk_elements) {
   for (std::size_t first = 0; first < cells.size(); first += chunk_elements) {
-    const std::size_t last = std::min(cells.size(), first + chunk_elements);
+    const std::size_t n = std::min(cells.size() - first, chunk_elements);
+    const std::size_t n_batches = (n + lanes - 1) / lanes;
     const auto begin = static_cast<std::int64_t>(cell_.size() / lanes);
-    for (std::size_t e = first; e < last; ++e) cell_.push_back(cells[e]);
-    while (cell_.size() % lanes != 0) cell_.push_back(-1);
-    chunks_.emplace_back(begin, static_cast<std::int64_t>(cell_.size() / lanes));
+    for (std::size_t batch = 0; batch < n_batches; ++batch)
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        const std::size_t e = lane * n_batches + batch;
+        cell_.push_back(e < n ? cells[first + e] : -1);
+        cell_of_slot_.push_back(cells[first + std::min(e, n - 1)]);
+      }
+    chunks_.push_back({.begin = begin, .end = begin + static_cast<std::int64_t>(n_batches)});
   }
 }
 
@@ -105,10 +108,6 @@ void ElementBlock::fill_slot(std::size_t slot, std::int64_t cell, bool filler, c
       parts.material_of_tissue[static_cast<std::size_t>(c.tissue)])];
   const std::size_t batch = slot / lanes;
   const std::size_t lane = slot % lanes;
-  const std::size_t n = c.nodes.size();
-  for (std::size_t a = 0; a < n; ++a)
-    nodes_[(batch * n + a) * lanes + lane] =
-        c.nodes[static_cast<std::size_t>(type_.geometry.order[a])];
   const auto x = cell_positions(parts.mesh, c.nodes);
   const double modulus =
       std::max(material.moduli.shear, parts.hourglass.least_modulus * material.moduli.bulk);
@@ -151,50 +150,85 @@ void ElementBlock::fill_overlay(std::size_t slot, const Material& material) {
   }
 }
 
-void ElementBlock::build_pressure_nodes(const Parts& parts) {
-  pressure_nodes_.resize(nodes_.size());
-  std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> numbers;  // (node, material)
-  std::int64_t cell = -1;
+/// Numbers of the pressure nodes of all slots, [slot, 4]: pairs of node and material, ascending.
+std::vector<std::int64_t> ElementBlock::number_pressure_nodes(const Parts& parts) {
+  const auto n_materials = static_cast<std::int64_t>(parts.materials.size());
+  std::vector<std::int64_t> keys(4 * cell_.size());
   for (std::size_t slot = 0; slot < cell_.size(); ++slot) {
-    const bool filler = cell_[slot] < 0;
-    if (!filler) cell = cell_[slot];
-    const auto tissue =
-        static_cast<std::size_t>(parts.mesh.tissue_of(static_cast<std::size_t>(cell)));
-    const std::int32_t material = parts.material_of_tissue[tissue];
-    const auto& constants = parts.materials[static_cast<std::size_t>(material)].constants;
+    const auto cell = parts.mesh.cell(static_cast<std::size_t>(cell_of_slot_[slot]));
+    const auto material = parts.material_of_tissue[static_cast<std::size_t>(cell.tissue)];
+    for (std::size_t a = 0; a < 4; ++a)
+      keys[4 * slot + a] =
+          n_materials * cell.nodes[static_cast<std::size_t>(type_.geometry.order[a])] + material;
+  }
+  auto sorted = keys;
+  std::sort(sorted.begin(), sorted.end());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  for (const auto key : sorted) {
+    const auto material = static_cast<std::size_t>(key % n_materials);
+    const auto& constants = parts.materials[material].constants;
+    pressure_node_of_.push_back({static_cast<std::int32_t>(key / n_materials),
+                                 static_cast<std::int32_t>(material)});
+    nodal_constants_.insert(nodal_constants_.end(), constants.begin(), constants.end());
+    nodal_constants_.resize(pressure_node_of_.size() * law_.n_values());
+  }
+  nodal_volume_.resize(sorted.size());
+  nodal_volume_change_.resize(sorted.size());
+  nodal_pressure_.resize(sorted.size());
+  for (std::size_t slot = 0; slot < cell_.size(); ++slot)
     for (std::size_t a = 0; a < 4; ++a) {
-      const std::size_t at = (slot / lanes * 4 + a) * lanes + slot % lanes;
-      const auto [entry, added] =
-          numbers.try_emplace({nodes_[at], material}, static_cast<std::int32_t>(numbers.size()));
-      if (added) {
-        nodal_volume_.push_back(0.0);
-        pressure_node_of_.push_back({nodes_[at], material});
-        nodal_constants_.insert(nodal_constants_.end(), constants.begin(), constants.end());
-        nodal_constants_.resize(nodal_volume_.size() * law_.n_values());
-      }
-      pressure_nodes_[at] = entry->second;
-      nodal_volume_[static_cast<std::size_t>(entry->second)] +=
-          filler ? 0.0 : 0.25 * reference_[(slot / lanes * 10 + 9) * lanes + slot % lanes];
+      auto& key = keys[4 * slot + a];
+      key = std::lower_bound(sorted.begin(), sorted.end(), key) - sorted.begin();
+      if (cell_[slot] >= 0)
+        nodal_volume_[static_cast<std::size_t>(key)] +=
+            0.25 * reference_[(slot / lanes * type_.n_reference + 9) * lanes + slot % lanes];
+    }
+  return keys;
+}
+
+/// Rows of every chunk and where each element's nodes lie among them.
+void ElementBlock::build_rows(const Parts& parts) {
+  const bool nodal = type_.volumetric == Volumetric::nodal;
+  const std::size_t n = info(type_.shape).n_nodes;
+  std::vector<std::int64_t> ids;  // [slot, node] node or pressure node
+  if (nodal) {
+    ids = number_pressure_nodes(parts);
+  } else {
+    for (const auto cell : cell_of_slot_) {
+      const auto nodes = parts.mesh.cell(static_cast<std::size_t>(cell)).nodes;
+      for (std::size_t a = 0; a < n; ++a)
+        ids.push_back(nodes[static_cast<std::size_t>(type_.geometry.order[a])]);
     }
   }
-  nodal_volume_change_.resize(nodal_volume_.size());
-  nodal_pressure_.resize(nodal_volume_.size());
+  nodes_.resize(ids.size());
+  for (auto& chunk : chunks_) {
+    const auto first = static_cast<std::size_t>(chunk.begin) * lanes;
+    const auto last = static_cast<std::size_t>(chunk.end) * lanes;
+    std::vector<std::int64_t> rows(ids.begin() + static_cast<std::ptrdiff_t>(n * first),
+                                   ids.begin() + static_cast<std::ptrdiff_t>(n * last));
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    chunk.first_row = row_nodes_.size();
+    chunk.n_rows = rows.size();
+    for (const auto id : rows) {
+      if (nodal) row_pressures_.push_back(static_cast<std::int32_t>(id));
+      row_nodes_.push_back(nodal ? pressure_node_of_[static_cast<std::size_t>(id)][0]
+                                 : static_cast<std::int32_t>(id));
+    }
+    for (std::size_t slot = first; slot < last; ++slot)
+      for (std::size_t a = 0; a < n; ++a) {
+        const auto row = std::lower_bound(rows.begin(), rows.end(), ids[n * slot + a]);
+        nodes_[(slot / lanes * n + a) * lanes + slot % lanes] =
+            static_cast<std::uint16_t>(row_stride * (row - rows.begin()));
+      }
+  }
 }
 
 std::vector<ElementBlock::PressureNode> ElementBlock::pressure_nodes_in_order() const {
   std::vector<PressureNode> list;
   for (const auto& [node, material] : pressure_node_of_)
     list.push_back({node, material, static_cast<std::int32_t>(list.size())});
-  std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) {
-    return std::pair(a.node, a.material) < std::pair(b.node, b.material);
-  });
   return list;
-}
-
-std::span<const std::int32_t> ElementBlock::nodes(std::int64_t begin, std::int64_t end) const {
-  const auto width = info(type_.shape).n_nodes * lanes;
-  return {nodes_.data() + static_cast<std::size_t>(begin) * width,
-          static_cast<std::size_t>(end - begin) * width};
 }
 
 BlockView ElementBlock::view() {
@@ -209,7 +243,6 @@ BlockView ElementBlock::view() {
                       .n_state = static_cast<int>(overlay_state_per_point(n_terms_)),
                       .parameters = overlay_parameters_.data(),
                       .state = rate_dependent_ ? overlay_state_.data() : nullptr},
-          .pressure_nodes = pressure_nodes_.data(),
           .nodal_volume_change = nodal_volume_change_.data(),
           .nodal_pressure = nodal_pressure_.data(),
           .nodal_volume = nodal_volume_.data(),
@@ -219,8 +252,9 @@ BlockView ElementBlock::view() {
 std::size_t ElementBlock::bytes() const {
   return 8 * (reference_.size() + constants_.size() + viscosity_.size() + memory_.size() +
               overlay_parameters_.size() + overlay_state_.size() + 3 * nodal_volume_.size() +
-              nodal_constants_.size() + cell_.size()) +
-         4 * (nodes_.size() + pressure_nodes_.size() + 2 * pressure_node_of_.size());
+              nodal_constants_.size() + cell_.size() + cell_of_slot_.size()) +
+         4 * (row_nodes_.size() + row_pressures_.size() + 2 * pressure_node_of_.size()) +
+         2 * nodes_.size();
 }
 
 }  // namespace ocublast::solid

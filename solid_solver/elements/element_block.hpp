@@ -28,9 +28,18 @@ struct HourglassControl {
 };
 
 /// All elements of one type and one law, sorted along a space-filling curve and packed in batches
-/// of 8 lanes. The last batch of a chunk is filled up with copies of weight zero.
+/// of 8 lanes. Chunks of batches number their own nodal rows, so that kernels gather from and
+/// scatter to what fits in the first-level cache; neighbours along the curve lie in neighbouring
+/// batches, so that those of one batch rarely wait for each other's additions. The last lanes of a
+/// chunk are filled up with copies of weight zero.
 class ElementBlock {
  public:
+  struct Chunk {
+    std::int64_t begin = 0;  ///< batches
+    std::int64_t end = 0;
+    std::size_t first_row = 0;  ///< its rows in row_nodes and row_pressures
+    std::size_t n_rows = 0;
+  };
   struct Parts {
     const SolidMesh& mesh;
     std::span<const Material> materials;
@@ -58,14 +67,17 @@ class ElementBlock {
   }
   [[nodiscard]] std::size_t n_elements() const { return n_elements_; }
   [[nodiscard]] std::size_t n_pressure_nodes() const { return nodal_volume_.size(); }
-  /// Batch ranges, in order.
-  [[nodiscard]] const std::vector<std::pair<std::int64_t, std::int64_t>>& chunks() const {
-    return chunks_;
+  [[nodiscard]] const std::vector<Chunk>& chunks() const { return chunks_; }
+  /// Node of each row of a chunk, ascending; twice where two materials average their pressures.
+  [[nodiscard]] std::span<const std::int32_t> row_nodes(const Chunk& chunk) const {
+    return {row_nodes_.data() + chunk.first_row, chunk.n_rows};
+  }
+  /// Nodal only: pressure node of each row.
+  [[nodiscard]] std::span<const std::int32_t> row_pressures(const Chunk& chunk) const {
+    return {row_pressures_.data() + chunk.first_row, chunk.n_rows};
   }
   /// The first of them: those of cells at the border to other ranks.
   [[nodiscard]] std::size_t n_border_chunks() const { return n_border_chunks_; }
-  /// Nodes of the batches [begin, end), with repeats.
-  [[nodiscard]] std::span<const std::int32_t> nodes(std::int64_t begin, std::int64_t end) const;
   /// Cell number of a slot (8 batch + lane), -1 for a filler.
   [[nodiscard]] std::int64_t cell(std::size_t slot) const { return cell_[slot]; }
   /// Bulk viscosity's memory, [batch, 2, 8], and the overlays' state: part of the run's state.
@@ -80,6 +92,7 @@ class ElementBlock {
     std::int32_t number;
   };
   [[nodiscard]] std::vector<PressureNode> pressure_nodes_in_order() const;
+  [[nodiscard]] std::span<const double> nodal_pressure() const { return nodal_pressure_; }
   [[nodiscard]] std::size_t bytes() const;
 
  private:
@@ -89,7 +102,8 @@ class ElementBlock {
                      const BulkViscosity& viscosity);
   void fill_fields(std::size_t slot, std::int64_t cell, const Parts& parts);
   void fill_overlay(std::size_t slot, const Material& material);
-  void build_pressure_nodes(const Parts& parts);
+  void build_rows(const Parts& parts);
+  std::vector<std::int64_t> number_pressure_nodes(const Parts& parts);
 
   const ElementType& type_;
   const MaterialLaw& law_;
@@ -97,16 +111,18 @@ class ElementBlock {
   std::size_t n_terms_ = 0;
   bool rate_dependent_ = false;
   std::vector<std::int64_t> cell_;
-  std::vector<std::pair<std::int64_t, std::int64_t>> chunks_;
+  std::vector<std::int64_t> cell_of_slot_;  ///< fillers too: the cell they copy
+  std::vector<Chunk> chunks_;
+  std::vector<std::int32_t> row_nodes_;
+  std::vector<std::int32_t> row_pressures_;
   std::size_t n_border_chunks_ = 0;
-  AlignedVector<std::int32_t> nodes_;
+  AlignedVector<std::uint16_t> nodes_;
   AlignedVector<double> reference_;
   AlignedVector<double> constants_;
   AlignedVector<double> viscosity_;
   AlignedVector<double> memory_;
   AlignedVector<double> overlay_parameters_;
   AlignedVector<double> overlay_state_;
-  AlignedVector<std::int32_t> pressure_nodes_;
   std::vector<std::array<std::int32_t, 2>> pressure_node_of_;  ///< (node, material)
   AlignedVector<double> nodal_volume_;
   AlignedVector<double> nodal_volume_change_;

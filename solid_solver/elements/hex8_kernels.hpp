@@ -67,7 +67,7 @@ struct Hex8Kernels {
 
   OCU_LANE_INLINE void element_gradients(const BlockView& block, std::int64_t batch, int lane,
                                          const double* u, int first, PointBuffer& buffer) {
-    const std::int32_t* nodes = block.nodes + batch * 8 * batch_lanes + lane;
+    const std::uint16_t* nodes = block.nodes + batch * 8 * batch_lanes + lane;
     V n[8][3];
     for (int a = 0; a < 8; ++a) gather<W>(u, nodes + a * batch_lanes, n[a]);
     V D[3][4][3];  // along xi, eta, zeta: [direction][point on the transverse face][component]

@@ -26,7 +26,7 @@ struct Hex8OnePointKernels {
 
   OCU_LANE_INLINE void element_gradients(const BlockView& block, std::int64_t batch, int lane,
                                          const double* u, int p, PointBuffer& buffer) {
-    const std::int32_t* nodes = block.nodes + batch * 8 * batch_lanes + lane;
+    const std::uint16_t* nodes = block.nodes + batch * 8 * batch_lanes + lane;
     V n[8][3];
     for (int a = 0; a < 8; ++a) gather<W>(u, nodes + a * batch_lanes, n[a]);
     V m[3][8];

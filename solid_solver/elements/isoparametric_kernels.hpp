@@ -23,7 +23,7 @@ struct IsoparametricKernels {
 
   OCU_LANE_INLINE void element_gradients(const BlockView& block, std::int64_t batch, int lane,
                                          const double* u, int first, PointBuffer& buffer) {
-    const std::int32_t* nodes = block.nodes + batch * N * batch_lanes + lane;
+    const std::uint16_t* nodes = block.nodes + batch * N * batch_lanes + lane;
     V n[N][3];
     for (int a = 0; a < N; ++a) gather<W>(u, nodes + a * batch_lanes, n[a]);
     const double* ref = block.reference + batch * n_reference * batch_lanes + lane;

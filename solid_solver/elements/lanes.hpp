@@ -15,8 +15,6 @@
 
 namespace ocublast::solid {
 namespace {
-constexpr int row_stride = 4;  ///< node_stride of the nodal arrays
-
 using Row = double __attribute__((vector_size(32), aligned(8)));
 
 template <int W>
@@ -53,62 +51,83 @@ OCU_LANE_INLINE void transpose(Row& a, Row& b, Row& c, Row& d) {
   d = __builtin_shufflevector(ab_hi, cd_hi, 2, 3, 6, 7);
 }
 
-/// Components x, y, z of W nodes, lane by lane, from rows [n, row_stride].
-template <int W>
-OCU_LANE_INLINE void gather(const double* field, const std::int32_t* nodes, Lanes<W> out[3]) {
-  if constexpr (W >= 4) {
-    Row part[W / 4][3];
-    for (int h = 0; h < W / 4; ++h) {
-      Row r[4];
-      for (int l = 0; l < 4; ++l)
-        __builtin_memcpy(&r[l], field + row_stride * static_cast<std::int64_t>(nodes[4 * h + l]),
-                         sizeof(Row));
-      transpose(r[0], r[1], r[2], r[3]);
-      for (int i = 0; i < 3; ++i) part[h][i] = r[i];
-    }
-    for (int i = 0; i < 3; ++i) {
-      if constexpr (W == 8)
-        out[i] = __builtin_shufflevector(part[0][i], part[1][i], 0, 1, 2, 3, 4, 5, 6, 7);
-      else
-        out[i] = part[0][i];
-    }
+using TwoRows = double __attribute__((vector_size(64)));
+
+OCU_LANE_INLINE Row load_row(const double* field, std::uint16_t at) {
+  Row row;
+  __builtin_memcpy(&row, field + at, sizeof row);
+  return row;
+}
+/// The rows of lanes l and l + 4, side by side.
+OCU_LANE_INLINE TwoRows load_rows(const double* field, const std::uint16_t* nodes, int l) {
+  return __builtin_shufflevector(load_row(field, nodes[l]), load_row(field, nodes[l + 4]), 0, 1, 2,
+                                 3, 4, 5, 6, 7);
+}
+
+/// The first C numbers of the rows of W nodes, lane by lane.
+template <int W, int C = 3>
+OCU_LANE_INLINE void gather(const double* field, const std::uint16_t* nodes, Lanes<W> out[C]) {
+  if constexpr (W == 8) {  // both halves are transposed at once
+    const TwoRows a = load_rows(field, nodes, 0);
+    const TwoRows b = load_rows(field, nodes, 1);
+    const TwoRows c = load_rows(field, nodes, 2);
+    const TwoRows d = load_rows(field, nodes, 3);
+    const TwoRows ab_lo = __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14);
+    const TwoRows ab_hi = __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
+    const TwoRows cd_lo = __builtin_shufflevector(c, d, 0, 8, 2, 10, 4, 12, 6, 14);
+    const TwoRows cd_hi = __builtin_shufflevector(c, d, 1, 9, 3, 11, 5, 13, 7, 15);
+    out[0] = __builtin_shufflevector(ab_lo, cd_lo, 0, 1, 8, 9, 4, 5, 12, 13);
+    out[1] = __builtin_shufflevector(ab_hi, cd_hi, 0, 1, 8, 9, 4, 5, 12, 13);
+    out[2] = __builtin_shufflevector(ab_lo, cd_lo, 2, 3, 10, 11, 6, 7, 14, 15);
+    if constexpr (C == 4)
+      out[3] = __builtin_shufflevector(ab_hi, cd_hi, 2, 3, 10, 11, 6, 7, 14, 15);
+  } else if constexpr (W == 4) {
+    Row r[4];
+    for (int l = 0; l < 4; ++l) r[l] = load_row(field, nodes[l]);
+    transpose(r[0], r[1], r[2], r[3]);
+    for (int i = 0; i < C; ++i) out[i] = r[i];
   } else {
     static_assert(W == 2);
-    const double* first = field + row_stride * static_cast<std::int64_t>(nodes[0]);
-    const double* second = field + row_stride * static_cast<std::int64_t>(nodes[1]);
-    for (int i = 0; i < 3; ++i) out[i] = Lanes<W>{first[i], second[i]};
+    for (int i = 0; i < C; ++i) out[i] = Lanes<W>{field[nodes[0] + i], field[nodes[1] + i]};
   }
 }
 
 /// Adds the forces of W elements of N nodes to rows [n, row_stride], element after element: the
 /// order of additions is the same for every W. nodes [N, batch_lanes].
 template <int W, int N>
-OCU_LANE_INLINE void scatter_add(double* field, const std::int32_t* nodes, const Lanes<W> f[N][3]) {
-  Row rows[W][N];
+OCU_LANE_INLINE void scatter_add(double* field, const std::uint16_t* nodes,
+                                 const Lanes<W> f[N][3]) {
+  alignas(64) double rows[N][W][row_stride];  // [node, lane] in the order the halves leave
   for (int a = 0; a < N; ++a) {
-    if constexpr (W >= 4) {
-      for (int h = 0; h < W / 4; ++h) {
-        Row r[4] = {};
-        for (int i = 0; i < 3; ++i) {
-          if constexpr (W == 8)
-            r[i] = h == 0 ? __builtin_shufflevector(f[a][i], f[a][i], 0, 1, 2, 3)
-                          : __builtin_shufflevector(f[a][i], f[a][i], 4, 5, 6, 7);
-          else
-            r[i] = f[a][i];
-        }
-        transpose(r[0], r[1], r[2], r[3]);
-        for (int l = 0; l < 4; ++l) rows[4 * h + l][a] = r[l];
-      }
+    if constexpr (W == 8) {
+      constexpr TwoRows zero{};
+      const TwoRows lo = __builtin_shufflevector(f[a][0], f[a][1], 0, 8, 2, 10, 4, 12, 6, 14);
+      const TwoRows hi = __builtin_shufflevector(f[a][0], f[a][1], 1, 9, 3, 11, 5, 13, 7, 15);
+      const TwoRows z_lo = __builtin_shufflevector(f[a][2], zero, 0, 8, 2, 10, 4, 12, 6, 14);
+      const TwoRows z_hi = __builtin_shufflevector(f[a][2], zero, 1, 9, 3, 11, 5, 13, 7, 15);
+      store<8>(rows[a][0], __builtin_shufflevector(lo, z_lo, 0, 1, 8, 9, 4, 5, 12, 13));
+      store<8>(rows[a][2], __builtin_shufflevector(hi, z_hi, 0, 1, 8, 9, 4, 5, 12, 13));
+      store<8>(rows[a][4], __builtin_shufflevector(lo, z_lo, 2, 3, 10, 11, 6, 7, 14, 15));
+      store<8>(rows[a][6], __builtin_shufflevector(hi, z_hi, 2, 3, 10, 11, 6, 7, 14, 15));
+    } else if constexpr (W == 4) {
+      Row r[4] = {f[a][0], f[a][1], f[a][2], Row{}};
+      transpose(r[0], r[1], r[2], r[3]);
+      for (int l = 0; l < 4; ++l) store<4>(rows[a][l], r[l]);
     } else {
-      for (int l = 0; l < W; ++l) rows[l][a] = Row{f[a][0][l], f[a][1][l], f[a][2][l], 0.0};
+      for (int l = 0; l < W; ++l)
+        for (int i = 0; i < row_stride; ++i) rows[a][l][i] = i < 3 ? f[a][i][l] : 0.0;
     }
   }
+  // Lanes 0 and 4, 1 and 5, 2 and 6, 3 and 7 lie side by side when W is 8.
+  constexpr int place[8] = {0, 2, 4, 6, 1, 3, 5, 7};
   for (int l = 0; l < W; ++l)
     for (int a = 0; a < N; ++a) {
-      double* row = field + row_stride * static_cast<std::int64_t>(nodes[a * batch_lanes + l]);
+      double* row = field + nodes[a * batch_lanes + l];
       Row sum;
+      Row more;
       __builtin_memcpy(&sum, row, sizeof sum);
-      sum += rows[l][a];
+      __builtin_memcpy(&more, rows[a][W == 8 ? place[l] : l], sizeof more);
+      sum += more;
       __builtin_memcpy(row, &sum, sizeof sum);
     }
 }
@@ -118,18 +137,22 @@ OCU_LANE_INLINE void prefetch(const double* p, int n) {
   for (int i = 0; i < n; i += 8) __builtin_prefetch(p + i);
 }
 
+/// One number of W rows.
 template <int W>
-OCU_LANE_INLINE Lanes<W> gather_scalar(const double* field, const std::int32_t* index) {
+OCU_LANE_INLINE Lanes<W> gather_scalar(const double* field, const std::uint16_t* nodes) {
   Lanes<W> v{};
-  for (int l = 0; l < W; ++l) v[l] = field[index[l]];
+  for (int l = 0; l < W; ++l) v[l] = field[nodes[l]];
   return v;
 }
 
-/// Adds one number per element to N of its entries, element after element; index [N, batch_lanes].
+/// Adds one number per element to the first of N of its rows, element after element; nodes [N,
+/// batch_lanes].
 template <int W, int N>
-OCU_LANE_INLINE void scatter_add_scalar(double* field, const std::int32_t* index, Lanes<W> v) {
+OCU_LANE_INLINE void scatter_add_scalar(double* field, const std::uint16_t* nodes, Lanes<W> v) {
+  alignas(64) double value[W];
+  store<W>(value, v);
   for (int l = 0; l < W; ++l)
-    for (int a = 0; a < N; ++a) field[index[a * batch_lanes + l]] += v[l];
+    for (int a = 0; a < N; ++a) field[nodes[a * batch_lanes + l]] += value[l];
 }
 
 /// Where x^(-1/3) starts from its series at 1; see inverse_cbrt.

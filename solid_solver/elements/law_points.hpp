@@ -140,16 +140,6 @@ struct LawPoints {
     }
   }
 
-  static void dilatation(std::int64_t begin, std::int64_t end, PointBuffer& buffer) noexcept {
-    for (int p = 0; p < static_cast<int>(end - begin); ++p)
-      for (int lane = 0; lane < batch_lanes; lane += W) {
-        V H[9];
-        load_gradient(buffer, p, lane, H);
-        store<W>(&buffer.mean_stress[p][lane],
-                 load<W>(&buffer.weight[p][lane]) * dilatation_of<Law>(H));
-      }
-  }
-
   static void nodal_pressure(const BlockView& block, std::int64_t begin,
                              std::int64_t end) noexcept {
     for (std::int64_t a = begin; a < end; ++a)
@@ -233,13 +223,10 @@ struct LawPoints {
     if (block.volumetric == Volumetric::mean) energy += volumetric_energy(c, mean, reference);
     if (block.volumetric == Volumetric::nodal) {
       // The energy of a pressure node is shared by V/4 among its tets.
-      const std::int32_t* p = block.pressure_nodes + batch * 4 * batch_lanes + lane;
+      const std::uint16_t* nodes = block.nodes + batch * 4 * batch_lanes + lane;
       for (int a = 0; a < 4; ++a)
-        energy +=
-            volumetric_energy(c,
-                              gather_scalar<W>(block.nodal_volume_change, p + a * batch_lanes) /
-                                  gather_scalar<W>(block.nodal_volume, p + a * batch_lanes),
-                              0.25 * reference);
+        energy += volumetric_energy(
+            c, gather_scalar<W>(block.dilatation_rows, nodes + a * batch_lanes), 0.25 * reference);
     }
     for (int k = 0; k < 6; ++k)
       store<W>(out + (stress_xx + k) * batch_lanes, kirchhoff[k] / volume);
@@ -271,7 +258,6 @@ template <class Law, int W>
 LawKernels make_law_kernels() {
   using L = LawPoints<Law, W>;
   return {.stress = &L::stress,
-          .dilatation = &L::dilatation,
           .nodal_pressure = &L::nodal_pressure,
           .evaluate = &L::evaluate,
           .point = &L::point};

@@ -11,6 +11,7 @@ namespace ocublast::solid {
 
 constexpr int batch_lanes = 8;    ///< elements per stored batch
 constexpr int buffer_points = 8;  ///< points (times 8 lanes) handled at a time
+constexpr int row_stride = 4;     ///< numbers per node: x, y, z and the nodal pressure
 
 /// How the dilatation that sets the pressure is averaged.
 enum class Volumetric {
@@ -41,17 +42,19 @@ struct OverlayView {
 struct BlockView {
   int n_points = 0;
   Volumetric volumetric = Volumetric::mean;
-  const std::int32_t* nodes = nullptr;  ///< [batch, nodes per element, 8]
+  /// [batch, nodes per element, 8] Where a node's row lies among those of the element's chunk, in
+  /// doubles: rows of `row_stride` numbers.
+  const std::uint16_t* nodes = nullptr;
   const double* reference = nullptr;    ///< [batch, n_reference, 8], the element's own layout
   const double* constants = nullptr;    ///< [batch, n_values, 8] of the law
   const double* viscosity = nullptr;    ///< [batch, 2, 8] linear Pa s, quadratic Pa s^2
   double* memory = nullptr;             ///< [batch, 2, 8] dilatation, viscous stress (Pa)
   OverlayView overlay;
-  const std::int32_t* pressure_nodes = nullptr;  ///< nodal: [batch, 4, 8] (node, material) pairs
-  double* nodal_volume_change = nullptr;    ///< nodal: [n_pressure_nodes] sum of V/4 (J - 1), m^3
-  double* nodal_pressure = nullptr;         ///< nodal: [n_pressure_nodes] dU/dJ, Pa
-  const double* nodal_volume = nullptr;     ///< nodal: [n_pressure_nodes] sum of V/4, m^3
+  double* nodal_volume_change = nullptr;  ///< nodal: [n_pressure_nodes] sum of V/4 (J - 1), m^3
+  double* nodal_pressure = nullptr;       ///< nodal: [n_pressure_nodes] dU/dJ, Pa
+  const double* nodal_volume = nullptr;   ///< nodal: [n_pressure_nodes] sum of V/4, m^3
   const double* nodal_constants = nullptr;  ///< nodal: [n_pressure_nodes, n_values]
+  const double* dilatation_rows = nullptr;  ///< nodal, to evaluate: J - 1 by rows of the chunk
 };
 
 /// What a run over batches gives back.
@@ -85,8 +88,6 @@ struct LawKernels {
   /// Stresses from gradients. inverse_step > 0 (1/s) adds bulk viscosity and advances memories.
   void (*stress)(const BlockView&, double inverse_step, std::int64_t begin, std::int64_t end,
                  PointBuffer&, KernelSums&) noexcept = nullptr;
-  /// weight * dilatation of one-point elements, into mean_stress.
-  void (*dilatation)(std::int64_t begin, std::int64_t end, PointBuffer&) noexcept = nullptr;
   /// Pressures of pressure nodes [begin, end).
   void (*nodal_pressure)(const BlockView&, std::int64_t begin, std::int64_t end) noexcept = nullptr;
   /// Results per element, out [batch - begin, n_evaluated, 8].
@@ -96,19 +97,20 @@ struct LawKernels {
   double (*point)(const double* values, const double H[9], double P[9]) noexcept = nullptr;
 };
 
-/// Kernels of one element for one instruction set, over batches [begin, end) of a block.
+/// Kernels of one element for one instruction set, over batches [begin, end) of a block that belong
+/// to one chunk: nodal rows are the chunk's own.
 struct ElementKernels {
-  /// Gradients and weights at the points from displacements [n, 4] m.
-  void (*gradients)(const BlockView&, const double* displacement, std::int64_t begin,
-                    std::int64_t end, PointBuffer&) noexcept = nullptr;
+  /// Gradients and weights at the points from displacements [n, 4] m; nodal: the mean of the rows'
+  /// fourth numbers (Pa) into mean_stress.
+  void (*gradients)(const BlockView&, const double* rows, std::int64_t begin, std::int64_t end,
+                    PointBuffer&) noexcept = nullptr;
   /// Adds nodal forces [n, 4] N from the weighted stresses.
   void (*forces)(const BlockView&, std::int64_t begin, std::int64_t end, const PointBuffer&,
                  double* force) noexcept = nullptr;
-  /// Nodal only: adds V/4 (J - 1) at pressure nodes; fetches their mean pressure.
-  void (*add_volume)(const BlockView&, std::int64_t begin, std::int64_t end,
-                     const PointBuffer&) noexcept = nullptr;
-  void (*gather_pressure)(const BlockView&, std::int64_t begin, std::int64_t end,
-                          PointBuffer&) noexcept = nullptr;
+  /// Nodal only: adds V/4 (J - 1) (m^3; tr H for J - 1 of laws at small strain) to the first number
+  /// of the nodes' rows.
+  void (*add_volume)(const BlockView&, const double* rows, bool finite_strain, std::int64_t begin,
+                     std::int64_t end, double* change) noexcept = nullptr;
 };
 
 }  // namespace ocublast::solid

@@ -21,34 +21,49 @@ struct Tet4Kernels {
   OCU_LANE_INLINE const double* reference(const BlockView& block, std::int64_t batch, int lane) {
     return block.reference + batch * n_reference * batch_lanes + lane;
   }
-  OCU_LANE_INLINE const std::int32_t* pressure_nodes(const BlockView& block, std::int64_t batch,
-                                                     int lane) {
-    return block.pressure_nodes + batch * 4 * batch_lanes + lane;
+  /// grad u from the values of the four nodes.
+  OCU_LANE_INLINE void gradient(const V* n0, const V* n1, const V* n2, const V* n3,
+                                const double* ref, V H[9]) {
+    V g[9];
+    for (int i = 0; i < 9; ++i) g[i] = load<W>(ref + i * batch_lanes);
+    for (int i = 0; i < 3; ++i) {
+      const V a = n0[i] - n3[i];
+      const V b = n1[i] - n3[i];
+      const V c = n2[i] - n3[i];
+      for (int j = 0; j < 3; ++j) H[3 * i + j] = a * g[j] + (b * g[3 + j] + c * g[6 + j]);
+    }
   }
 
-  static void gradients(const BlockView& block, const double* u, std::int64_t begin,
+  template <bool nodal>
+  OCU_LANE_INLINE void element_gradients(const BlockView& block, std::int64_t batch, int lane,
+                                         const double* rows, std::int64_t p, PointBuffer& buffer) {
+    constexpr int C = nodal ? 4 : 3;
+    const std::uint16_t* nodes = block.nodes + batch * 4 * batch_lanes + lane;
+    const double* ref = reference(block, batch, lane);
+    if (lane == 0)
+      prefetch(ref + batches_ahead * n_reference * batch_lanes, n_reference * batch_lanes);
+    V n[4][C];
+    for (int a = 0; a < 4; ++a) gather<W, C>(rows, nodes + a * batch_lanes, n[a]);
+    V H[9];
+    gradient(n[0], n[1], n[2], n[3], ref, H);
+    for (int i = 0; i < 9; ++i) store<W>(&buffer.gradient[p][i][lane], H[i]);
+    store<W>(&buffer.weight[p][lane], load<W>(ref + 9 * batch_lanes));
+    if constexpr (nodal)
+      store<W>(&buffer.mean_stress[p][lane],
+               0.25 * ((n[0][3] + n[1][3]) + (n[2][3] + n[3][3])));
+  }
+
+  static void gradients(const BlockView& block, const double* rows, std::int64_t begin,
                         std::int64_t end, PointBuffer& buffer) noexcept {
-    for (std::int64_t batch = begin; batch < end; ++batch)
-      for (int lane = 0; lane < batch_lanes; lane += W) {
-        const std::int32_t* nodes = block.nodes + batch * 4 * batch_lanes + lane;
-        const double* ref = reference(block, batch, lane);
-        const auto p = batch - begin;
-        if (lane == 0)
-          prefetch(ref + batches_ahead * n_reference * batch_lanes, n_reference * batch_lanes);
-        V n[4][3];
-        for (int a = 0; a < 4; ++a) gather<W>(u, nodes + a * batch_lanes, n[a]);
-        V g[9];
-        for (int i = 0; i < 9; ++i) g[i] = load<W>(ref + i * batch_lanes);
-        for (int i = 0; i < 3; ++i) {
-          const V a = n[0][i] - n[3][i];
-          const V b = n[1][i] - n[3][i];
-          const V c = n[2][i] - n[3][i];
-          for (int j = 0; j < 3; ++j)
-            store<W>(&buffer.gradient[p][3 * i + j][lane],
-                     a * g[j] + (b * g[3 + j] + c * g[6 + j]));
-        }
-        store<W>(&buffer.weight[p][lane], load<W>(ref + 9 * batch_lanes));
-      }
+    if (block.volumetric == Volumetric::nodal) {
+      for (std::int64_t batch = begin; batch < end; ++batch)
+        for (int lane = 0; lane < batch_lanes; lane += W)
+          element_gradients<true>(block, batch, lane, rows, batch - begin, buffer);
+    } else {
+      for (std::int64_t batch = begin; batch < end; ++batch)
+        for (int lane = 0; lane < batch_lanes; lane += W)
+          element_gradients<false>(block, batch, lane, rows, batch - begin, buffer);
+    }
   }
 
   static void forces(const BlockView& block, std::int64_t begin, std::int64_t end,
@@ -71,29 +86,33 @@ struct Tet4Kernels {
       }
   }
 
-  static void add_volume(const BlockView& block, std::int64_t begin, std::int64_t end,
-                         const PointBuffer& buffer) noexcept {
+  template <bool finite_strain>
+  OCU_LANE_INLINE void element_volume(const BlockView& block, std::int64_t batch, int lane,
+                                      const double* rows, double* change) {
+    const std::uint16_t* nodes = block.nodes + batch * 4 * batch_lanes + lane;
+    const double* ref = reference(block, batch, lane);
+    if (lane == 0)
+      prefetch(ref + batches_ahead * n_reference * batch_lanes, n_reference * batch_lanes);
+    V n[4][3];
+    for (int a = 0; a < 4; ++a) gather<W>(rows, nodes + a * batch_lanes, n[a]);
+    V H[9];
+    gradient(n[0], n[1], n[2], n[3], ref, H);
+    const V quarter = 0.25 * load<W>(ref + 9 * batch_lanes);
+    const V j = finite_strain ? dilatation_finite(H) : H[0] + H[4] + H[8];
+    scatter_add_scalar<W, 4>(change, nodes, quarter * j);
+  }
+
+  static void add_volume(const BlockView& block, const double* rows, bool finite_strain,
+                         std::int64_t begin, std::int64_t end, double* change) noexcept {
     for (std::int64_t batch = begin; batch < end; ++batch)
       for (int lane = 0; lane < batch_lanes; lane += W)
-        scatter_add_scalar<W, 4>(block.nodal_volume_change, pressure_nodes(block, batch, lane),
-                                 0.25 * load<W>(&buffer.mean_stress[batch - begin][lane]));
-  }
-  static void gather_pressure(const BlockView& block, std::int64_t begin, std::int64_t end,
-                              PointBuffer& buffer) noexcept {
-    for (std::int64_t batch = begin; batch < end; ++batch)
-      for (int lane = 0; lane < batch_lanes; lane += W) {
-        const std::int32_t* p = pressure_nodes(block, batch, lane);
-        V sum{};
-        for (int a = 0; a < 4; ++a)
-          sum += gather_scalar<W>(block.nodal_pressure, p + a * batch_lanes);
-        store<W>(&buffer.mean_stress[batch - begin][lane], 0.25 * sum);
-      }
+        if (finite_strain)
+          element_volume<true>(block, batch, lane, rows, change);
+        else
+          element_volume<false>(block, batch, lane, rows, change);
   }
   static constexpr ElementKernels table() {
-    return {.gradients = &gradients,
-            .forces = &forces,
-            .add_volume = &add_volume,
-            .gather_pressure = &gather_pressure};
+    return {.gradients = &gradients, .forces = &forces, .add_volume = &add_volume};
   }
 };
 

@@ -102,12 +102,14 @@ int main(int argc, char** argv) {
   bool all = false;
   int repeats = 15;
   std::string only;
+  int cells = 40;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--all") == 0) all = true;
     if (std::strcmp(argv[i], "--only") == 0 && i + 1 < argc) only = argv[++i];
+    if (std::strcmp(argv[i], "--cells") == 0 && i + 1 < argc) cells = std::atoi(argv[++i]);
     if (std::strcmp(argv[i], "--repeats") == 0 && i + 1 < argc) repeats = std::atoi(argv[++i]);
   }
-  const test::BlockSize size{.cells = {40, 40, 40}, .size = {0.1, 0.1, 0.1}};
+  const test::BlockSize size{.cells = {cells, cells, cells}, .size = {0.1, 0.1, 0.1}};
   std::map<Shape, std::shared_ptr<const SolidMesh>> meshes;
   for (const auto shape : {Shape::hex8, Shape::tet4, Shape::wedge6})
     meshes[shape] = std::make_shared<const SolidMesh>(test::make_block_of(shape, size));
