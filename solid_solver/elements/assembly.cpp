@@ -353,6 +353,8 @@ void Assembly::run_tasks(std::size_t begin, std::size_t end, const double* displ
         chunk.active = chunk.active || inverse_step > 0.0;
         fetch_rows(chunk, displacement, scratch);
         prefetch_rows(k + 1, displacement);
+        for (const auto target : force_rows_.targets(k))
+          __builtin_prefetch(force_rows_.at(force, target), 1);
         run_chunk(chunk, inverse_step, scratch, sums);
         const double* row = scratch.forces.data();
         for (const auto target : force_rows_.targets(k)) {

@@ -18,7 +18,7 @@ struct AssemblyOptions {
   InstructionSet instruction_set = InstructionSet::baseline;
   BulkViscosity viscosity;
   HourglassControl hourglass;
-  std::size_t chunk_elements = 128;
+  std::size_t chunk_elements = 128;  ///< of hexes; others by the square of their nodes
   /// Element per tissue, for its cells of that element's shape; absent or empty: the shape's own.
   std::vector<std::string> element_of_tissue;
   bool skip_undeformed = true;  ///< leave out chunks whose nodes have not moved: same bits

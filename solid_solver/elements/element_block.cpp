@@ -68,8 +68,11 @@ ElementBlock::ElementBlock(const ElementType& type, const MaterialLaw& law,
     border = std::stable_partition(cells.begin(), cells.end(), [&](std::int64_t cell) {
       return parts.at_border[static_cast<std::size_t>(cell)] != 0;
     });
-  const std::size_t chunk_elements =
-      std::clamp(parts.chunk_elements, lanes, most_chunk_elements) / lanes * lanes;
+  // Elements with fewer nodes share them more: larger chunks have fewer rows for each.
+  const std::size_t n_nodes = info(type_.shape).n_nodes;
+  const std::size_t chunk_elements = std::clamp(parts.chunk_elements * 64 / (n_nodes * n_nodes),
+                                                lanes, most_chunk_elements) /
+                                     lanes * lanes;
   pack({cells.begin(), border}, chunk_elements);
   n_border_chunks_ = chunks_.size();
   pack({border, cells.end()}, chunk_elements);
@@ -85,6 +88,7 @@ ElementBlock::ElementBlock(const ElementType& type, const MaterialLaw& law,
   for (std::size_t slot = 0; slot < cell_.size(); ++slot)
     fill_slot(slot, cell_of_slot_[slot], cell_[slot] < 0, parts);
   build_rows(parts);
+  cell_of_slot_ = {};
 }
 
 void ElementBlock::pack(std::span<const std::int64_t> cells, std::size_t chunk_elements) {
@@ -252,7 +256,7 @@ BlockView ElementBlock::view() {
 std::size_t ElementBlock::bytes() const {
   return 8 * (reference_.size() + constants_.size() + viscosity_.size() + memory_.size() +
               overlay_parameters_.size() + overlay_state_.size() + 3 * nodal_volume_.size() +
-              nodal_constants_.size() + cell_.size() + cell_of_slot_.size()) +
+              nodal_constants_.size() + cell_.size()) +
          4 * (row_nodes_.size() + row_pressures_.size() + 2 * pressure_node_of_.size()) +
          2 * nodes_.size();
 }

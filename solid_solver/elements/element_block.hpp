@@ -46,7 +46,7 @@ class ElementBlock {
     std::span<const std::int32_t> material_of_tissue;  ///< per tissue id, index into materials
     BulkViscosity viscosity;
     HourglassControl hourglass;
-    std::size_t chunk_elements = 128;
+    std::size_t chunk_elements = 128;  ///< of hexes; others by the square of their nodes
     /// [n_cells] Cells at nodes shared with other ranks go first, in chunks of their own; or empty.
     std::span<const std::uint8_t> at_border;
   };
@@ -111,7 +111,7 @@ class ElementBlock {
   std::size_t n_terms_ = 0;
   bool rate_dependent_ = false;
   std::vector<std::int64_t> cell_;
-  std::vector<std::int64_t> cell_of_slot_;  ///< fillers too: the cell they copy
+  std::vector<std::int64_t> cell_of_slot_;  ///< while it is built: the cell that fillers copy too
   std::vector<Chunk> chunks_;
   std::vector<std::int32_t> row_nodes_;
   std::vector<std::int32_t> row_pressures_;
