@@ -28,10 +28,10 @@ bool all_zero(std::span<const double> values) {
 }  // namespace
 
 Exchange::Exchange(Partners& partners, Server& server, const Settings& settings, std::vector<Interface> interfaces,
-                   TrafficWriter* traffic)
+                   bool sends_force, TrafficWriter* traffic)
     : partners_(partners), server_(server), settings_(settings), interfaces_(std::move(interfaces)),
-      traffic_(traffic), asked_(server.roster().size()), answers_(server.roster().size()),
-      in_memory_(server.roster().size()) {
+      components_(sends_force ? 3 : 1), traffic_(traffic), asked_(server.roster().size()),
+      answers_(server.roster().size()), in_memory_(server.roster().size()) {
   for (Interface& i : interfaces_) {
     i.first_flow = n_flow_;
     i.first_solid = n_solid_;
@@ -158,13 +158,13 @@ void Exchange::post_rest(const Ask& ask) {
 
 void Exchange::post_load(const Ask& ask, const Answer& flow) {
   if (mapped_ || interfaces_.size() > 1) {
-    post_parts(ask, flow.values().overpressure, &flow);
+    post_parts(ask, load_of(flow), &flow);
     return;
   }
   zero_loads_ = 0;
   Header step = make_step(Party::solid, ask);
   step.idle = false;
-  step.fields = field::overpressure;
+  step.fields = components_ == 3 ? field::force : field::overpressure;
   zmq::message_t frame;
   const auto bytes = flow.message->payload();
   if (flow.header().memory.pid == 0) {
@@ -179,15 +179,15 @@ void Exchange::post_load(const Ask& ask, const Answer& flow) {
   post(Party::solid, std::move(step), frame, memory, flow.record);
 }
 
-void Exchange::post_load(const Ask& ask, std::span<const double> overpressure) {
-  post_parts(ask, overpressure, nullptr);
+void Exchange::post_load(const Ask& ask, std::span<const double> load) {
+  post_parts(ask, load, nullptr);
 }
 
 /// To each solid its part; to those whose load was and stays zero, that it is.
-void Exchange::post_parts(const Ask& ask, std::span<const double> overpressure, const Answer* flow) {
+void Exchange::post_parts(const Ask& ask, std::span<const double> load, const Answer* flow) {
   zero_loads_ = 0;
   for (std::size_t k = 0; k < interfaces_.size(); ++k) {
-    const auto part = overpressure.subspan(interfaces_[k].first_flow, interfaces_[k].n_flow);
+    const auto part = load.subspan(components_ * interfaces_[k].first_flow, components_ * interfaces_[k].n_flow);
     const std::uint64_t bit = std::uint64_t{1} << k;
     const bool zero = all_zero(part);
     if (zero) zero_loads_ |= bit;
@@ -197,30 +197,30 @@ void Exchange::post_parts(const Ask& ask, std::span<const double> overpressure, 
   }
 }
 
-/// Overpressure as it is or, mapped, forces where the solid takes them, else its vertices' overpressure.
-void Exchange::post_part(std::size_t k, const Ask& ask, std::span<const double> overpressure, const Answer* flow) {
+/// Load as it is or, mapped, forces where the solid takes them, else its vertices' overpressure.
+void Exchange::post_part(std::size_t k, const Ask& ask, std::span<const double> load, const Answer* flow) {
   const Interface& i = interfaces_[k];
   const Party party = solid_party(k);
   Header step = make_step(party, ask);
   step.idle = false;
-  step.fields = i.map && i.takes_force ? field::force : field::overpressure;
+  step.fields = components_ == 3 || (i.map && i.takes_force) ? field::force : field::overpressure;
   zmq::message_t frame;
   if (!i.map && flow != nullptr && flow->header().memory.pid != 0 && server_.reads_memory(party)) {
     step.memory = flow->header().memory;
-    step.memory.offset += i.first_flow * sizeof(double);
-    post(party, std::move(step), frame, std::as_bytes(overpressure), {});
+    step.memory.offset += components_ * i.first_flow * sizeof(double);
+    post(party, std::move(step), frame, std::as_bytes(load), {});
     return;
   }
   const std::size_t n = (step.fields == field::force ? 3 : 1) * i.n_solid;
   frame.rebuild(n * sizeof(double));
   const std::span<double> values(static_cast<double*>(frame.data()), n);
   if (!i.map) {
-    std::copy(overpressure.begin(), overpressure.end(), values.begin());
+    std::copy(load.begin(), load.end(), values.begin());
   } else if (i.takes_force) {
-    i.map->map_force(overpressure, std::span(wall_flow_).subspan(3 * i.first_flow, 3 * i.n_flow),
+    i.map->map_force(load, std::span(wall_flow_).subspan(3 * i.first_flow, 3 * i.n_flow),
                      std::span(wall_).subspan(3 * i.first_solid, 3 * i.n_solid), values);
   } else {
-    i.map->map_pressure(overpressure, values);
+    i.map->map_pressure(load, values);
   }
   post(party, std::move(step), frame, {}, {});
 }
@@ -243,7 +243,9 @@ void Exchange::check(Incoming& result) const {
                                           "window {} ({} s to {} s, iteration {})", h.window, h.t_begin,
                                           h.t_end, h.iteration, asked.window, asked.t_begin, asked.t_end,
                                           asked.iteration));
-  std::uint32_t expected = flow ? field::overpressure : field::position | field::velocity;
+  std::uint32_t expected = !flow              ? field::position | field::velocity
+                           : components_ == 3 ? field::force
+                                              : field::overpressure;
   if (asked.wants_acceleration) expected |= field::acceleration;
   if (h.idle) expected = 0;
   // A flow may leave the balances of several interfaces out: then they are not reported one by one.

@@ -31,7 +31,7 @@ struct Answer {
 struct Interface {
   std::size_t n_flow = 0;                    ///< vertices
   std::size_t n_solid = 0;
-  bool takes_force = false;                  ///< the solid, instead of overpressure, where there is a map
+  bool takes_force = false;                  ///< the solid, instead of overpressure
   std::unique_ptr<const InterfaceMap> map;   ///< null: both have the same mesh
   std::size_t first_flow = 0;                ///< its first vertex among those of all interfaces
   std::size_t first_solid = 0;
@@ -42,8 +42,9 @@ struct Interface {
 /// memory where the participant can read it.
 class Exchange {
  public:
+  /// `sends_force`: the flow answers forces at the vertices instead of overpressure.
   Exchange(Partners& partners, Server& server, const Settings& settings, std::vector<Interface> interfaces,
-           TrafficWriter* traffic);
+           bool sends_force, TrafficWriter* traffic);
 
   /// What is asked: a window, as iteration 1, 2, ... (0: explicit), with accelerations.
   struct Ask {
@@ -53,8 +54,11 @@ class Exchange {
     std::uint64_t zero_before = 0;           ///< CouplingState::zero_loads
   };
 
-  /// Vertices that loads are given at: the flow's.
-  [[nodiscard]] std::size_t n_loads() const { return n_flow_; }
+  /// Numbers that make a load: overpressure Pa, or force [n, 3] N, at the flow's vertices.
+  [[nodiscard]] std::size_t n_loads() const { return components_ * n_flow_; }
+  [[nodiscard]] static std::span<const double> load_of(const Answer& flow) {
+    return flow.values().force.empty() ? flow.values().overpressure : flow.values().force;
+  }
   /// Room for position and velocity [6 n] of the solids' vertices for the next order to the flow;
   /// sent by post_motion.
   [[nodiscard]] std::span<double> motion_room();
@@ -67,8 +71,8 @@ class Exchange {
   void post_rest(const Ask& ask);
   /// The load of the flow to the solids; to a single one with the same mesh it goes as it came.
   void post_load(const Ask& ask, const Answer& flow);
-  /// Another load [n], Pa.
-  void post_load(const Ask& ask, std::span<const double> overpressure);
+  /// Another load [n_loads].
+  void post_load(const Ask& ask, std::span<const double> load);
   /// The load is exactly zero at both ends of the window, for all.
   void post_no_load(const Ask& ask);
   /// CouplingState::zero_loads after the loads posted last.
@@ -81,8 +85,8 @@ class Exchange {
   [[nodiscard]] link::Header make_step(Party party, const Ask& ask) const;
   void post(Party party, link::Header step, zmq::message_t& frame,
             std::span<const std::byte> memory, std::optional<std::uint64_t> same_as);
-  void post_part(std::size_t k, const Ask& ask, std::span<const double> overpressure, const Answer* flow);
-  void post_parts(const Ask& ask, std::span<const double> overpressure, const Answer* flow);
+  void post_part(std::size_t k, const Ask& ask, std::span<const double> load, const Answer* flow);
+  void post_parts(const Ask& ask, std::span<const double> load, const Answer* flow);
   void spare_memory(Party party);
   [[nodiscard]] std::span<double> motion_to_send();
   void map_motion();
@@ -96,6 +100,7 @@ class Exchange {
   const Settings& settings_;
   std::vector<Interface> interfaces_;
   std::size_t n_flow_ = 0, n_solid_ = 0;    ///< vertices of all interfaces
+  std::size_t components_ = 1;              ///< of a load at a vertex
   bool mapped_ = false;
   std::vector<double> motion_;              ///< [6 n_solid], mapped meshes: what is to be sent
   std::vector<double> wall_;                ///< [3 n_solid] m, mapped meshes: what was sent last,

@@ -51,7 +51,7 @@ void post_answered_load(Exchange& exchange, const Settings& settings, const Coup
   } else if (zero) {  // the load falls to zero within this window: say so in full
     exchange.post_load(ask, std::vector<double>(exchange.n_loads(), 0.0));
   } else if (factor < 1.0) {
-    const auto load = flow.values().overpressure;
+    const auto load = Exchange::load_of(flow);
     std::vector<double> scaled(load.begin(), load.end());
     for (double& p : scaled) p *= factor;
     exchange.post_load(ask, scaled);

@@ -167,7 +167,7 @@ WindowReports SerialImplicit::advance(CouplingState& state, const TimeWindow& wi
     for (std::size_t i = 0; i < z.size(); ++i) residual[i] = answered[i] - z[i];
     reports.iterations = static_cast<int>(k);
     reports.residual = motion.change(z, answered);
-    const auto load = flow.values().overpressure;
+    const auto load = Exchange::load_of(flow);
     if (!load_before.empty() || load.empty())
       load_change = load.empty() ? 0.0 : relative(distance(load, load_before), norm(load));
     load_before.assign(load.begin(), load.end());
@@ -224,7 +224,7 @@ WindowReports ParallelImplicit::advance(CouplingState& state, const TimeWindow& 
     const Answer solid = exchange_.collect_solids(state);
     motion.from_answer(solid, answered);
     std::vector<double> load(n, 0.0);
-    const auto given = flow.values().overpressure;
+    const auto given = Exchange::load_of(flow);
     for (std::size_t i = 0; i < given.size(); ++i) load[i] = factor * given[i];
     reports.iterations = static_cast<int>(k);
     reports.residual = motion.change(guess.motion, answered);

@@ -34,7 +34,7 @@ void ParallelExplicit::keep(CouplingState& state, const TimeWindow& window, cons
   FlowAhead ahead{.window = window, .idle = h.idle, .steps = h.steps, .work = h.work, .impulse = h.impulse,
                   .impedance = h.impedance, .stable_step = h.stable_step, .load = {}, .balance = {}};
   if (!h.idle) {
-    ahead.load = {flow.owner, flow.values().overpressure};
+    ahead.load = {flow.owner, Exchange::load_of(flow)};
     ahead.balance = {flow.owner, flow.values().balance};
   }
   state.stable_flow = h.stable_step;

@@ -49,7 +49,7 @@ class Session {
   void start_solvers();
   void shake();
   [[nodiscard]] Interface make_interface(const SolidHands& solid, Party party);
-  void open_results(std::vector<Interface> interfaces);
+  void open_results(std::vector<Interface> interfaces, bool sends_force);
   void advance();
   [[nodiscard]] int predictor_order(double width);
   [[nodiscard]] bool implicit() const {
@@ -193,7 +193,12 @@ void Session::shake() {
   } else {
     start_state(state_, hands, settings_.leap_frog);
   }
-  open_results(std::move(interfaces));
+  const bool sends_force = hands.flow_ready.takes_force;
+  for (std::size_t k = 0; k < interfaces.size(); ++k)
+    if (sends_force && (interfaces[k].map || !interfaces[k].takes_force))
+      throw PartnerFault(Party::flow, fmt::format("sends forces, but {}", interfaces[k].map
+          ? "has an interface mesh of its own" : settings_.roster.word(solid_party(k)) + " takes none"));
+  open_results(std::move(interfaces), sends_force);
   exchange_->set_wall(state_.wall.values.empty() ? state_.position.values : state_.wall.values);
   if (traffic_) record_handshake(*traffic_, hands);
   log_->info("ready: {} vertices, {} triangles, stable steps {} s (flow) and {} s (solid)", vertices, triangles,
@@ -202,7 +207,7 @@ void Session::shake() {
                          {"vertices", vertices}, {"window", state_.window}, {"time_s", state_.time}});
 }
 
-void Session::open_results(std::vector<Interface> interfaces) {
+void Session::open_results(std::vector<Interface> interfaces, bool sends_force) {
   const bool same_run = resumed_.has_value();
   rows_.emplace(options_.out / "coupling.csv", same_run ? state_.window : 0);
   if (settings_.roster.several())
@@ -220,7 +225,7 @@ void Session::open_results(std::vector<Interface> interfaces) {
                                               .solids = settings_.roster.solids()},
                      settings_.record_packed ? TrafficWriter::Packing::zstd : TrafficWriter::Packing::none);
   }
-  exchange_.emplace(partners_, server_, settings_, std::move(interfaces), traffic_ ? &*traffic_ : nullptr);
+  exchange_.emplace(partners_, server_, settings_, std::move(interfaces), sends_force, traffic_ ? &*traffic_ : nullptr);
   scheme_ = make_scheme(*exchange_, settings_);
 }
 

@@ -121,8 +121,8 @@ int ocu_send(ocu_participant* p, const ocu_report* r) {
     const std::size_t n = 3 * p->n_vertices;
     p->participant.send({.idle = r->idle != 0, .position = values(r->position, n), .velocity = values(r->velocity, n),
                          .acceleration = values(r->acceleration, n),
-                         .overpressure = values(r->overpressure, p->n_vertices), .stable_step = r->stable_step,
-                         .steps_taken = r->steps_taken, .work = r->work,
+                         .overpressure = values(r->overpressure, p->n_vertices), .force = {},
+                         .stable_step = r->stable_step, .steps_taken = r->steps_taken, .work = r->work,
                          .interfaces = {},
                          .impulse = {r->impulse[0], r->impulse[1], r->impulse[2]}, .impedance = r->impedance,
                          .mass_per_area = r->mass_per_area, .compute_seconds = r->compute_seconds, .status = {}});

@@ -192,6 +192,10 @@ class Reader {
       case Kind::mesh:
         OCU_TAKE(out.mesh_hash, mesh_hash);
         out.mesh_name = cut(in_.mesh_name(), max_text_bytes);
+        out.takes_force = in_.takes_force();
+        out.n_quads = in_.n_quads();
+        if (out.n_quads > out.n_triangles / 2)
+          refuse(fmt::format("MESH of {} quads has {} triangles, two are needed for each", out.n_quads, out.n_triangles));
         break;
       case Kind::ready: ready(out); break;
       case Kind::step: order(out); break;
@@ -227,7 +231,7 @@ std::uint32_t fields_allowed(Kind kind) {
     case Kind::mesh: return mesh;
     case Kind::ready: return position | velocity | acceleration;
     case Kind::step: return position | velocity | overpressure | force;
-    case Kind::result: return position | velocity | acceleration | overpressure | balance;
+    case Kind::result: return position | velocity | acceleration | overpressure | force | balance;
     default: return 0;
   }
 }
@@ -253,6 +257,8 @@ std::string encode(const Header& header) {
     case Kind::mesh:
       out.set_mesh_hash(header.mesh_hash);
       out.set_mesh_name(cut(header.mesh_name, max_text_bytes));
+      if (header.takes_force) out.set_takes_force(true);
+      if (header.n_quads > 0) out.set_n_quads(header.n_quads);
       break;
     case Kind::ready:
       out.set_stable_step_s(header.stable_step);

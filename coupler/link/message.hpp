@@ -49,6 +49,7 @@ struct Header {
   std::uint32_t fields = 0;
   std::uint64_t n_vertices = 0;
   std::uint64_t n_triangles = 0;
+  std::uint64_t n_quads = 0;           ///< of the triangles: see InterfaceMesh
   std::uint64_t payload_bytes = 0;
   std::uint64_t payload_checksum = 0;  ///< 0 for a payload in shared memory, too
   MemoryPlace memory;                  ///< of the payload; HELLO, WELCOME: of the probe

@@ -20,6 +20,8 @@ struct InterfaceMesh {
   std::string name;
   std::vector<double> vertices;          ///< [n_vertices, 3] reference positions, m
   std::vector<std::int32_t> triangles;   ///< [n_triangles, 3]
+  std::size_t n_quads = 0;  ///< the first 2 n_quads triangles are quads (a, b, c, d), as (a, b, c), (a, c, d)
+  bool takes_force = false;              ///< flow: this solid takes forces; see send_forces
   [[nodiscard]] std::size_t n_vertices() const { return vertices.size() / 3; }
 };
 
@@ -89,6 +91,7 @@ struct Report {
   std::span<const double> velocity;      ///< solid: [n,3] at t_end, m/s
   std::span<const double> acceleration;  ///< solid, where the order wants it: [n,3] at t_end, m/s^2
   std::span<const double> overpressure;  ///< flow: [n] at t_end, Pa
+  std::span<const double> force;         ///< flow that sends forces, instead: [n,3] at t_end, N
   double stable_step = 0.0;              ///< s, largest step of its own it can take next
   std::uint32_t steps_taken = 0;
   double work = 0.0;                     ///< J, done on the solid by the load in this window, own quadrature
@@ -129,8 +132,11 @@ class Participant {
   /// Flow: the surfaces of all solids, called by their names in the case where there are several.
   /// Orders and reports then hold the values of all, one solid after the other.
   [[nodiscard]] std::vector<InterfaceMesh> receive_meshes();
-  /// Solid, before ready: orders may carry forces at the vertices instead of overpressure.
+  /// Solid, before send_mesh: orders may carry forces at the vertices instead of overpressure.
   void take_forces();
+  /// Flow, before ready: reports carry forces at the vertices instead of overpressure. Only where all
+  /// solids take them and the flow has no mesh of its own.
+  void send_forces();
   /// Set-up is done: own stable step [s], and the window and time it resumed at (0, 0.0 when fresh).
   /// The stable step is positive and finite, here and in each report.
   void ready(double stable_step, std::uint64_t window = 0, double time = 0.0,
@@ -139,9 +145,9 @@ class Participant {
   void send(const Report& report);
   /// Room for the values of the next report, not initialised, valid until it is sent. Values written
   /// here and named in the report need not be copied. Solid: position, velocity and, where the order
-  /// wants it, acceleration; flow: overpressure.
+  /// wants it, acceleration; flow: overpressure or, where it sends forces, force.
   struct Room {
-    std::span<double> position, velocity, acceleration, overpressure;
+    std::span<double> position, velocity, acceleration, overpressure, force;
   };
   [[nodiscard]] Room room();
   void checkpoint_written();

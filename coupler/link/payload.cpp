@@ -120,6 +120,8 @@ std::string mesh_payload(const InterfaceMesh& mesh) {
 InterfaceMesh mesh_from_payload(const Header& header, std::span<const std::byte> bytes) {
   InterfaceMesh mesh;
   mesh.name = header.mesh_name;
+  mesh.takes_force = header.takes_force;
+  mesh.n_quads = header.n_quads;
   mesh.vertices.resize(3 * header.n_vertices);
   mesh.triangles.resize(3 * header.n_triangles);
   const std::size_t points = mesh.vertices.size() * sizeof(double);
@@ -135,6 +137,12 @@ InterfaceMesh mesh_from_payload(const Header& header, std::span<const std::byte>
     if (mesh.triangles[i] < 0 || static_cast<std::size_t>(mesh.triangles[i]) >= mesh.n_vertices())
       throw LinkError(fmt::format("MESH '{}': triangle {} names vertex {}, there are {}", mesh.name,
                                   i / 3, mesh.triangles[i], mesh.n_vertices()));
+  for (std::size_t q = 0; q < mesh.n_quads; ++q) {
+    const std::int32_t* t = &mesh.triangles[6 * q];
+    if (t[0] != t[3] || t[2] != t[4])
+      throw LinkError(fmt::format("MESH '{}': triangles {} and {} are not the halves (a, b, c), (a, c, d) of a quad",
+                                  mesh.name, 2 * q, 2 * q + 1));
+  }
   return mesh;
 }
 

@@ -298,6 +298,12 @@ void ImmersedBoundary::read_overpressure(FieldsView<const double> W, std::size_t
   spread_to_vertices(s.grid, s.bodies[b], facets, at_vertices);
 }
 
+void ImmersedBoundary::read_force(FieldsView<const double> W, std::size_t b, double ambient_pressure,
+                                  std::span<double> at_vertices) const {
+  const State& s = *state_;
+  spread_forces(s.bodies[b], read_facets(s.read_out(W), b, ambient_pressure, ReadShear::yes), at_vertices);
+}
+
 void ImmersedBoundary::read_shear(FieldsView<const double> W, std::size_t b,
                                   std::span<double> at_vertices) const {
   const State& s = *state_;

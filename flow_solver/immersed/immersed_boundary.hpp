@@ -18,6 +18,9 @@ namespace ocublast::flow {
 struct BodySurface {
   std::vector<double> vertices;         ///< [n_vertices, 3], m
   std::vector<std::int32_t> triangles;  ///< [n_triangles, 3]
+  /// The first 2 n_quads triangles are the halves (a, b, c), (a, c, d) of quads (a, b, c, d), over which
+  /// loads are shared out bilinearly.
+  std::size_t n_quads = 0;
 };
 
 enum class WallSlip { slip, no_slip };
@@ -135,6 +138,9 @@ class ImmersedBoundary {
   /// buried.
   void read_overpressure(FieldsView<const double> W, std::size_t b, double ambient_pressure,
                          std::span<double> at_vertices) const;
+  /// Forces [n, 3], N, at its vertices from the same read-out, of pressure and shear: see spread_forces.
+  void read_force(FieldsView<const double> W, std::size_t b, double ambient_pressure,
+                  std::span<double> at_vertices) const;
   /// Load on body b from the same read-out, integrated over the exposed part of its facets.
   [[nodiscard]] BodyLoad load(FieldsView<const double> W, std::size_t b,
                               double ambient_pressure) const;

@@ -129,6 +129,19 @@ void find_facets_around(std::size_t n_vertices, SurfaceTopology& topology) {
   }
 }
 
+/// Facets 2 q and 2 q + 1 are quad q; each has one corner that the other lacks.
+void find_quad_halves(std::size_t n_quads, SurfaceTopology& topology) {
+  topology.quad_half.assign(topology.facet.size(), {});
+  for (std::size_t f = 0; f < 2 * n_quads; ++f) {
+    const Corners& mine = topology.facet[f];
+    const Corners& other = topology.facet[f ^ 1U];
+    const auto lacks = [](const Corners& v, std::int32_t a) { return std::find(v.begin(), v.end(), a) == v.end(); };
+    const auto apex = std::find_if(mine.begin(), mine.end(), [&](std::int32_t a) { return lacks(other, a); });
+    const auto fourth = std::find_if(other.begin(), other.end(), [&](std::int32_t a) { return lacks(mine, a); });
+    topology.quad_half[f] = {.fourth = *fourth, .apex = static_cast<std::int32_t>(apex - mine.begin())};
+  }
+}
+
 std::int32_t corner_of(const SurfaceTopology& topology, std::int32_t f, std::int32_t vertex) {
   const Corners& v = topology.facet[f];
   return 3 * f + (v[0] == vertex ? 0 : (v[1] == vertex ? 1 : 2));
@@ -218,6 +231,7 @@ SurfaceTopology make_surface_topology(const BodySurface& surface, double smooth_
   for (std::size_t f = 0; f < topology.facet.size(); ++f) topology.facet[f] = corners(surface, f);
   find_neighbours(surface, topology);
   find_facets_around(surface.vertices.size() / 3, topology);
+  find_quad_halves(surface.n_quads, topology);
   std::vector<Vec3> normal(topology.facet.size());
   for (std::size_t f = 0; f < normal.size(); ++f) {
     const Corners& v = topology.facet[f];

@@ -217,16 +217,24 @@ class Exposure {
     const BodyState& s = bodies_[static_cast<std::size_t>(b_)];
     const Corners& v = s.topology.facet[f];
     const Vec3 x[3] = {s.vertex(v[0]), s.vertex(v[1]), s.vertex(v[2])};
+    const SurfaceTopology::QuadHalf& half = s.topology.quad_half[static_cast<std::size_t>(f)];
+    const auto end_1 = static_cast<std::size_t>(half.apex + 1) % 3, end_2 = static_cast<std::size_t>(half.apex + 2) % 3;
+    // Two barycentric coordinates have the covariance -1/36 over a triangle, over one of n similar
+    // parts -1/(36 n).
+    const double covariance = 1.0 / (36.0 * static_cast<double>(parts.size()));
     reading.weight = {};
+    reading.twist = 0.0;
     int n = 0;
     for (const auto& w : parts) {
       const Vec3 point = w[0] * x[0] + w[1] * x[1] + w[2] * x[2];
       if (!in_grid(grid_, point) || is_covered(bodies_, b_, f, point)) continue;
       for (std::size_t c = 0; c < 3; ++c) reading.weight[c] += w[c];
+      reading.twist += w[end_1] * w[end_2] - covariance;
       ++n;
     }
     reading.exposed = static_cast<double>(n) / static_cast<double>(parts.size());
     for (double& w : reading.weight) w = n > 0 ? w / n : 1.0 / 3.0;
+    reading.twist = half.fourth < 0 || n == 0 ? 0.0 : reading.twist / n;
     reading.point = reading.weight[0] * x[0] + reading.weight[1] * x[1] + reading.weight[2] * x[2];
     return n > 0;
   }
@@ -340,57 +348,52 @@ std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double
   return facets;
 }
 
-namespace {
-
-/// A vertex's part of the loads of the facets around it, over a third of their area; `store(v, value)`.
-template <class Value, class Store>
-void spread(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,
-            Value FacetReading::*value, const Store& store) {
-  const SurfaceTopology& topology = body.topology;
-  for (std::int32_t v = 0; v < static_cast<std::int32_t>(body.n_vertices()); ++v) {
-    Value sum{};
-    double area = 0.0;
-    for (std::int32_t n = topology.around_first[v]; n < topology.around_first[v + 1]; ++n) {
-      const std::int32_t f = topology.around[n];
-      if (is_cap(grid, body.geometry.normal[f])) continue;
-      const Corners& corner = topology.facet[f];
-      const std::size_t c = corner[0] == v ? 0 : (corner[1] == v ? 1 : 2);
-      sum = sum + (body.geometry.area[f] * facets[f].exposed * facets[f].weight[c]) * (facets[f].*value);
-      area += body.geometry.area[f];
-    }
-    store(static_cast<std::size_t>(v), area > 0.0 ? (3.0 / area) * sum : Value{});
-  }
+LoadShares load_shares(const SurfaceTopology& topology, std::size_t f, const FacetReading& reading) {
+  const Corners& v = topology.facet[f];
+  const SurfaceTopology::QuadHalf& half = topology.quad_half[f];
+  LoadShares shares{.vertex = {v[0], v[1], v[2], half.fourth},
+                    .share = {reading.weight[0], reading.weight[1], reading.weight[2], reading.twist},
+                    .n = half.fourth < 0 ? 3 : 4};
+  if (half.fourth < 0) return shares;
+  for (std::int32_t c = 0; c < 3; ++c)
+    shares.share[static_cast<std::size_t>(c)] += c == half.apex ? reading.twist : -reading.twist;
+  return shares;
 }
-
-}  // namespace
 
 namespace {
 
 /// What a vertex gets from the facets around it.
 struct VertexShare {
   Vec3 force;         ///< N, wanted there, along the inward normals with the sign of pressure
-  Vec3 normal;        ///< m^2, a third of the area vectors around: force per pressure
+  Vec3 shear;         ///< N
+  Vec3 normal;        ///< m^2, its share of the area vectors around: force per pressure
   double load = 0.0;  ///< N
-  double area = 0.0;  ///< m^2, a third of the areas around
+  double area = 0.0;  ///< m^2, its share of the areas around
   bool on_rim = false;  ///< some facet around is covered, wholly or in part, and some exposed
 };
 
 std::vector<VertexShare> share_out(const Grid& grid, const BodyState& body,
                                    const std::vector<FacetReading>& facets) {
+  // Shares of a whole facet: a third each, and 1/12 of a quad's half to the corner it lacks.
+  constexpr FacetReading uncovered{.weight = {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}, .twist = 1.0 / 12.0};
   std::vector<VertexShare> shares(body.n_vertices());
   std::vector<std::uint8_t> seen(body.n_vertices(), 0);  // bit 0: covered, bit 1: exposed
   for (std::size_t f = 0; f < facets.size(); ++f) {
     const Vec3& n = body.geometry.normal[f];
     if (is_cap(grid, n)) continue;
     const double A = body.geometry.area[f];
-    const double load = A * facets[f].exposed * facets[f].overpressure;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const auto v = static_cast<std::size_t>(body.topology.facet[f][c]);
+    const double exposed = A * facets[f].exposed;
+    const double load = exposed * facets[f].overpressure;
+    const LoadShares part = load_shares(body.topology, f, facets[f]);
+    const LoadShares whole = load_shares(body.topology, f, uncovered);
+    for (std::size_t c = 0; c < static_cast<std::size_t>(part.n); ++c) {
+      const auto v = static_cast<std::size_t>(part.vertex[c]);
       VertexShare& s = shares[v];
-      s.force = s.force + (facets[f].weight[c] * load) * n;
-      s.load += facets[f].weight[c] * load;
-      s.normal = s.normal + (A / 3.0) * n;
-      s.area += A / 3.0;
+      s.force = s.force + (part.share[c] * load) * n;
+      s.shear = s.shear + (part.share[c] * exposed) * facets[f].shear;
+      s.load += part.share[c] * load;
+      s.normal = s.normal + (whole.share[c] * A) * n;
+      s.area += whole.share[c] * A;
       seen[v] = static_cast<std::uint8_t>(seen[v] | (facets[f].exposed < 1.0 ? 1U : 0U) |
                                           (facets[f].exposed > 0.0 ? 2U : 0U));
     }
@@ -443,11 +446,28 @@ void spread_to_vertices(const Grid& grid, const BodyState& body,
   balance_force(shares, at_vertices);
 }
 
+void spread_forces(const BodyState& body, const std::vector<FacetReading>& facets,
+                   std::span<double> at_vertices) {
+  std::fill(at_vertices.begin(), at_vertices.end(), 0.0);
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    const FacetReading& reading = facets[f];
+    if (reading.exposed == 0.0) continue;
+    const double area = reading.exposed * body.geometry.area[f];
+    const Vec3 force = (-reading.overpressure * area) * body.geometry.normal[f] + area * reading.shear;
+    const LoadShares part = load_shares(body.topology, f, reading);
+    for (std::size_t c = 0; c < static_cast<std::size_t>(part.n); ++c)
+      for (std::size_t a = 0; a < 3; ++a)
+        at_vertices[3 * static_cast<std::size_t>(part.vertex[c]) + a] += part.share[c] * force.c[a];
+  }
+}
+
 void spread_shear(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,
                   std::span<double> at_vertices) {
-  spread(grid, body, facets, &FacetReading::shear, [&](std::size_t v, const Vec3& shear) {
+  const std::vector<VertexShare> shares = share_out(grid, body, facets);
+  for (std::size_t v = 0; v < shares.size(); ++v) {
+    const Vec3 shear = shares[v].area > 0.0 ? (1.0 / shares[v].area) * shares[v].shear : Vec3{};
     std::copy(shear.c.begin(), shear.c.end(), at_vertices.begin() + static_cast<std::ptrdiff_t>(3 * v));
-  });
+  }
 }
 
 BodyLoad integrate_load(const BodyState& body, const std::vector<FacetReading>& facets) {
@@ -460,10 +480,10 @@ BodyLoad integrate_load(const BodyState& body, const std::vector<FacetReading>& 
     const Vec3 shear = area * reading.shear;
     const Vec3 force = (-reading.overpressure * area) * normal + shear;
     const Vec3 moment = cross(reading.point, force);
-    const Corners& v = body.topology.facet[f];
-    const Vec3 velocity = reading.weight[0] * row(body.velocity, v[0]) +
-                          reading.weight[1] * row(body.velocity, v[1]) +
-                          reading.weight[2] * row(body.velocity, v[2]);
+    const LoadShares part = load_shares(body.topology, f, reading);
+    Vec3 velocity;
+    for (std::size_t c = 0; c < static_cast<std::size_t>(part.n); ++c)
+      velocity = velocity + part.share[c] * row(body.velocity, part.vertex[c]);
     const Vec3 turning = cross(reading.point, normal);
     const std::array<double, 6> g = {normal[0],  normal[1],  normal[2],
                                      turning[0], turning[1], turning[2]};

@@ -11,6 +11,7 @@ namespace ocublast::flow {
 struct FacetReading {
   Vec3 point;                 ///< m, middle of the exposed part
   std::array<double, 3> weight{};  ///< barycentric, of `point`
+  double twist = 0.0;         ///< half of a quad: what its bilinear shapes add, see load_shares
   double exposed = 0.0;       ///< share of the facet in the gas: 0, 1/16, .. 1
   double overpressure = 0.0;  ///< Pa, at `point`
   double impedance = 0.0;     ///< kg/(m^2 s), rho c there
@@ -38,13 +39,32 @@ enum class ReadShear { no, yes };
 [[nodiscard]] std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b,
                                                     double ambient_pressure, ReadShear shear);
 
+/// Vertices that carry a facet's load, and their shares of it.
+struct LoadShares {
+  std::array<std::int32_t, 4> vertex{};
+  std::array<double, 4> share{};
+  int n = 0;
+};
+
+/// Shares of the exposed part of facet f: barycentric on a triangle; on half of a quad the mean of the
+/// quad's bilinear shapes over that part. With w the barycentric weights of the two ends of the cut,
+/// their product moves from both ends to the other two corners: xi (1 - eta) = w_apex + w_1 w_2, and
+/// so on. Shares of a parallelogram's halves add up to a quarter for each corner, and keep the moment.
+[[nodiscard]] LoadShares load_shares(const SurfaceTopology& topology, std::size_t f, const FacetReading& reading);
+
 /// The same at the vertices, for a structure that takes pressure as linear over each facet. Each
-/// facet's force goes to its corners by the weights of the middle of its exposed part; a vertex's
-/// pressure is the one whose force there, over a third of the facets around, has the same part along
-/// their summed normal. A uniform pressure stays uniform. Where another body covers a part,
-/// all change by up to 5 % so that the whole force is that of the readings.
+/// facet's force goes to vertices by load_shares; a vertex's pressure is the one whose force there,
+/// over its share of the facets around, has the same part along their summed normal. A uniform
+/// pressure stays uniform. Where another body covers a part, all change by up to 5 % so that the
+/// whole force is that of the readings.
 void spread_to_vertices(const Grid& grid, const BodyState& body,
                         const std::vector<FacetReading>& facets, std::span<double> at_vertices);
+
+/// Forces at the vertices [n_vertices, 3], N, for a structure that takes them: each facet's pressure
+/// and shear on its exposed part go to vertices by load_shares. Force and power of the vertices are
+/// those of integrate_load, however facets are covered.
+void spread_forces(const BodyState& body, const std::vector<FacetReading>& facets,
+                   std::span<double> at_vertices);
 
 /// Tractions of shear at the vertices [n_vertices, 3], the same mean.
 void spread_shear(const Grid& grid, const BodyState& body, const std::vector<FacetReading>& facets,

@@ -76,6 +76,8 @@ bool run(const Ranks& ranks, const CommandLine& line) {
       link::Role::flow, fmt::format("flow_solver {}", version_text), reader.hash()));
   coupler.guard([&] {
     auto surfaces = coupler.receive_meshes();
+    bool forces_taken = true;
+    for (const auto& surface : surfaces) forces_taken = forces_taken && surface.takes_force;
     for (const BodyCase& body : flow_case.bodies) {
       if (body.motion != BodyMotion::coupled || body.surface.empty()) continue;
       const BodySurface own = read_body_surface(body.surface);
@@ -83,10 +85,12 @@ bool run(const Ranks& ranks, const CommandLine& line) {
       auto& surface = surfaces.at(static_cast<std::size_t>(at - flow_case.solids.begin()));
       surface.vertices = own.vertices;
       surface.triangles = own.triangles;
+      surface.n_quads = own.n_quads;
       coupler.send_mesh(surface);
+      forces_taken = false;
     }
     FlowRun flow_run(ranks, std::move(flow_case), line, log, surfaces);
-    flow_run.run_coupled(coupler);
+    flow_run.run_coupled(coupler, forces_taken);
   });
   return true;
 }

@@ -102,7 +102,7 @@ std::vector<Body> make_bodies(const FlowCase& flow_case, std::span<const link::I
       body.surface = read_body_surface(spec.surface);
     else if (!coupled.empty()) {
       const auto& mesh = coupled[solid_number(flow_case, spec)];
-      body.surface = {.vertices = mesh.vertices, .triangles = mesh.triangles};
+      body.surface = {.vertices = mesh.vertices, .triangles = mesh.triangles, .n_quads = mesh.n_quads};
     } else {
       continue;  // known when the solid has sent it
     }
@@ -524,7 +524,8 @@ link::Report FlowRun::finish_window(const link::Order& order) {
   }
   report.status = status();
   if (report.idle) return report;
-  report.overpressure = overpressure_;
+  if (force_.empty()) report.overpressure = overpressure_;
+  else report.force = force_;
   for (std::size_t k = 0; k < coupled_bodies_.size(); ++k) {
     const CoupledBody& c = coupled_bodies_[k];
     const auto mine = std::span(overpressure_).subspan(c.first, c.count);
@@ -532,9 +533,12 @@ link::Report FlowRun::finish_window(const link::Order& order) {
     Sums::Wall& wall = sums_.walls[k];
     link::InterfaceBalance balance;
     // A quiet load of one body is none, as it would be alone: its solid may sleep.
+    const auto forces = force_.empty() ? std::span<double>() : std::span(force_).subspan(3 * c.first, 3 * c.count);
     if (!loaded[k]) {
       std::fill(mine.begin(), mine.end(), 0.0);
+      std::fill(forces.begin(), forces.end(), 0.0);
     } else {
+      if (!forces.empty()) bodies_->read_force(W, c.body, case_.common.ambient_pressure, forces);
       // Trapezoidal rule on power and force: 2nd order in the window, as the coupling itself.
       balance.work = 0.5 * window * (wall.power + load.power);
       for (std::size_t a = 0; a < 3; ++a) balance.impulse[a] = 0.5 * window * (wall.force[a] + load.force[a]);
@@ -569,7 +573,11 @@ void FlowRun::move_coupled_bodies(const link::Order& order) {
   }
 }
 
-void FlowRun::run_coupled(link::Participant& coupler) {
+void FlowRun::run_coupled(link::Participant& coupler, bool forces_taken) {
+  if (forces_taken) {
+    coupler.send_forces();
+    force_.assign(3 * overpressure_.size(), 0.0);
+  }
   std::signal(SIGINT, SIG_IGN);  // Ctrl-C reaches the whole group; the coupler decides what it means
   coupler.ready(stable_step(), static_cast<std::uint64_t>(clock_.window), clock_.time);
   while (true) {

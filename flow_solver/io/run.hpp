@@ -47,8 +47,9 @@ class FlowRun {
 
   /// Runs to the end of time; a signal ends it early with a checkpoint. Whether the end was reached.
   [[nodiscard]] bool run_alone();
-  /// Serves a coupler until it says finish.
-  void run_coupled(link::Participant& coupler);
+  /// Serves a coupler until it says finish. `forces_taken`: all solids take forces at the vertices that
+  /// they sent.
+  void run_coupled(link::Participant& coupler, bool forces_taken);
 
  private:
   void step_to(double t_end);
@@ -100,6 +101,7 @@ class FlowRun {
   std::vector<CoupledBody> coupled_bodies_;  ///< in the order of FlowCase::solids
   std::vector<double> overpressure_;       ///< Pa, at the vertices of the coupled bodies
   void find_coupled_bodies();
+  std::vector<double> force_;              ///< N, [n, 3] at the same vertices, where forces are sent
   void move_coupled_bodies(const link::Order& order);
   std::vector<StartQuantity> start_quantities_;
   std::shared_ptr<IncidentWaves> incident_;  ///< null: no wave from outside

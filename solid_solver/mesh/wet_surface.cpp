@@ -22,9 +22,13 @@ WetSurface make_wet_surface(const SolidMesh& mesh, const std::string& face_set) 
     for (const auto n : {a, b, c}) surface.triangles.push_back(vertex[static_cast<std::size_t>(n)]);
   };
   for (const auto& f : facets) {
+    if (f[3] < 0) continue;
     add(f[0], f[1], f[2]);
-    if (f[3] >= 0) add(f[0], f[2], f[3]);
+    add(f[0], f[2], f[3]);
+    ++surface.n_quads;
   }
+  for (const auto& f : facets)
+    if (f[3] < 0) add(f[0], f[1], f[2]);
   return surface;
 }
 

@@ -162,5 +162,94 @@ TEST(ImmersedLoad, CountsTheExposedPartOfBodiesThatOverlap) {
   }
 }
 
+/// Forces at the vertices of `surface`, sunk into a block up to z = .43 under a pressure that varies,
+/// against force, moment and power of its facets.
+void compare_forces_with_facets(const char* name, BodySurface surface) {
+  const Gas gas;
+  const Grid grid = uniform_grid(32, 32, 32, 1.0);
+  ImmersedBoundary bodies(grid, gas,
+                          {{.name = name, .surface = std::move(surface), .moves = true},
+                           {.name = "block", .surface = make_box({.1, .1, .1}, {.9, .9, .43}, 8)}},
+                          {});
+  Fields W(grid);
+  W.set(grid, gas, [](double x, double y, double z) {
+    return std::array<double, 5>{p0 * (1.1 + .1 * x - .2 * y * z), T0, 0, 0, 0};
+  });
+  // A velocity that no rigid body has.
+  const std::vector<double> x(bodies.position(0).begin(), bodies.position(0).end());
+  std::vector<double> v(x.size());
+  for (std::size_t n = 0; n < v.size(); n += 3) {
+    v[n] = 3.0 * x[n + 2];
+    v[n + 1] = 1.0 - x[n] * x[n];
+    v[n + 2] = std::sin(20.0 * x[n]) + x[n + 1];
+  }
+  bodies.set_path(0, 0.0, 1e-4, x, v);
+  bodies.move_to(1e-4);
+  bodies.update_topology(W.view());
+  std::vector<double> force(x.size());
+  bodies.read_force(W.view(), 0, p0, force);
+  const BodyLoad load = bodies.load(W.view(), 0, p0);
+  Vec3 sum, moment;
+  double power = 0.0, power_size = 0.0;
+  for (std::size_t n = 0; n < x.size(); n += 3) {
+    const Vec3 f{{force[n], force[n + 1], force[n + 2]}};
+    const double part = dot(f, Vec3{{v[n], v[n + 1], v[n + 2]}});
+    sum = sum + f;
+    moment = moment + cross(Vec3{{x[n], x[n + 1], x[n + 2]}}, f);
+    power += part;
+    power_size += std::abs(part);
+  }
+  std::printf("%s: power of facets %.4f W, of forces %.4f W\n", name, load.power, power);
+  // The same sums in another order: rounding of some 2000 terms.
+  const double size = norm(sum);
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(sum[a], load.force[static_cast<std::size_t>(a)], 1e-12 * size);
+    EXPECT_NEAR(moment[a], load.moment[static_cast<std::size_t>(a)], 1e-12 * size);
+  }
+  EXPECT_NEAR(power, load.power, 1e-12 * power_size);
+}
+
+BodySurface box_of_quads(const P3& low, const P3& high, int n) {
+  BodySurface box = make_box(low, high, n);
+  box.n_quads = box.triangles.size() / 6;
+  return box;
+}
+
+TEST(ImmersedLoad, GivesForcesThatHaveForceMomentAndPowerOfCutFacets) {
+  compare_forces_with_facets("ball of triangles", make_sphere({.5, .5, .4}, .25, 3));
+  compare_forces_with_facets("box of quads", box_of_quads({.3, .3, .2}, {.7, .7, .61}, 7));
+}
+
+TEST(ImmersedLoad, LoadsAllCornersOfAQuadAlike) {
+  const Gas gas;
+  const Grid grid = uniform_grid(24, 24, 24, 1.0);
+  for (const bool quads : {true, false}) {
+    BodySurface box = box_of_quads({.3, .3, .3}, {.7, .7, .7}, 5);
+    if (!quads) box.n_quads = 0;
+    ImmersedBoundary bodies(grid, gas, {{.name = "box", .surface = box}}, {});
+    Fields W(grid);
+    W.set(grid, gas, [](double, double, double) { return std::array<double, 5>{1.5 * p0, T0, 0, 0, 0}; });
+    bodies.update_topology(W.view());
+    std::vector<double> force(box.vertices.size());
+    bodies.read_force(W.view(), 0, p0, force);
+    const double whole = .5 * p0 * .08 * .08;  // of a square
+    // A corner of the box has a quarter of a square on each of its three faces.
+    double smallest = whole, largest = 0.0;
+    for (std::size_t v = 0; v < force.size(); v += 3) {
+      const double* x = &box.vertices[v];
+      if (std::any_of(x, x + 3, [](double c) { return c > .31 && c < .69; })) continue;
+      for (std::size_t a = 0; a < 3; ++a) {
+        smallest = std::min(smallest, std::abs(force[v + a]));
+        largest = std::max(largest, std::abs(force[v + a]));
+      }
+    }
+    std::printf("%s: corners of a box carry %.4f to %.4f of a square's load\n", quads ? "quads" : "triangles",
+                smallest / whole, largest / whole);
+    if (!quads) continue;
+    EXPECT_NEAR(smallest, .25 * whole, 1e-12 * whole);  // rounding of a uniform p: some 10 operations on 1e5 Pa
+    EXPECT_NEAR(largest, .25 * whole, 1e-12 * whole);
+  }
+}
+
 }  // namespace
 }  // namespace ocublast::flow
