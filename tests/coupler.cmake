@@ -38,6 +38,7 @@ ocublast_coupler_test(coupler_Schemes coupled coupled/coupler_schemes.py Schemes
 foreach(class Death Silence Strangers BadMessages)
   ocublast_coupler_test(coupler_${class} faults faults/coupler_faults.py ${class} 180)
 endforeach()
+ocublast_coupler_test(coupler_Matrix faults faults/coupler_matrix.py Matrix 240)
 ocublast_coupler_test(coupler_Soak faults faults/coupler_soak.py Soak 300)
 add_test(NAME coupler_Soak_200 COMMAND /usr/bin/python3 -W ignore ${CMAKE_CURRENT_SOURCE_DIR}/faults/coupler_soak.py -v Soak)
 set_tests_properties(coupler_Soak_200 PROPERTIES TIMEOUT 900 LABELS "faults;long"

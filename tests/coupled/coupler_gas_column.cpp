@@ -129,9 +129,11 @@ ocublast::link::Report advance(Column& column, const Order& order, const Keys& k
 }
 
 void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& line, const Keys& keys) {
+  keys.fault.happen_in("hello");
   static_cast<void>(coupler.receive_mesh());
   if (keys.vertices > 0) coupler.send_mesh(toy::make_face(keys.vertices));
   keys.fault.happen(0);
+  keys.fault.happen_in("ready");
   Column column(keys.cells);
   std::uint64_t window = 0;
   double time = 0.0;
@@ -157,6 +159,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
       continue;
     }
     keys.fault.happen(order.window);
+    if (order.iteration == 2) keys.fault.happen_in("iteration");
     if (order.iteration == 1) begin_of_window = column.save();
     if (order.iteration > 1) column.load(begin_of_window);
     coupler.send(advance(column, order, keys, coupler.room().overpressure));
@@ -192,6 +195,7 @@ int run(const ocublast::CommandLine& line) {
   if (keys.fault.kind == "token") connection.token += "x";
   if (keys.fault.kind == "absent") std::this_thread::sleep_for(std::chrono::hours(1));
   if (keys.fault.kind == "early") return 1;
+  keys.fault.happen_in("start");
   ocublast::link::Participant coupler(connection);
   coupler.guard([&] { couple(coupler, line, keys); });
   return 0;

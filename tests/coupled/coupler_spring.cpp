@@ -74,6 +74,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
   auto mesh = toy::make_face(keys.vertices);
   if (keys.scattered) mesh.triangles.clear();
   keys.fault.happen(0);
+  keys.fault.happen_in("hello");
   coupler.send_mesh(mesh);
   if (keys.takes_force) coupler.take_forces();
   Piston piston;
@@ -88,6 +89,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
   fill(x, v, mesh, piston);
   ocublast::link::InitialMotion motion;
   if (window == 0) motion.velocity = v;
+  keys.fault.happen_in("ready");
   coupler.ready(keys.stable_step, window, piston.time, motion);
   Errors worst;
   std::string history;
@@ -108,6 +110,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
       continue;
     }
     keys.fault.happen(order.window);
+    if (order.iteration == 2) keys.fault.happen_in("iteration");
     const auto begin = std::chrono::steady_clock::now();
     double p = 0.0;
     for (const double value : order.overpressure) p += value;
@@ -166,6 +169,7 @@ int run(const ocublast::CommandLine& line) {
   if (keys.fault.kind == "token") connection.token += "x";
   if (keys.fault.kind == "absent") std::this_thread::sleep_for(std::chrono::hours(1));
   if (keys.fault.kind == "early") return 1;
+  keys.fault.happen_in("start");
   ocublast::link::Participant coupler(connection);
   coupler.guard([&] { couple(coupler, line, keys); });
   return 0;

@@ -84,8 +84,10 @@ struct Fault {
     if (is("late", w)) std::this_thread::sleep_for(std::chrono::milliseconds(300));
     if (is("abort", w)) throw ocublast::NumericsError("negative density in cell 7");
   }
-  /// Dies, or hangs, at the first occasion of this name: "checkpoint", "farewell".
+  /// Dies, freezes or hangs at the first occasion of this name: "start" (before HELLO), "hello" (before
+  /// the mesh), "ready" (before READY), "iteration" (the second of a window), "checkpoint", "farewell".
   void happen_in(const std::string& state) const {
+    if (kind == "hang-" + state) std::this_thread::sleep_for(std::chrono::hours(1));
     if (kind == "kill-" + state) ::kill(::getpid(), SIGKILL);
     if (kind == "stop-" + state) ::kill(::getpid(), SIGSTOP);
     if (kind == "exit-" + state) std::_Exit(4);

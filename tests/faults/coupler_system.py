@@ -14,6 +14,7 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "coupled"))
 
 from coupler_harness import BIN, FLOW, SOLID, CouplerTest, Ended
+from coupler_solvers import CASE as SOLVERS_CASE, make_mesh
 
 SLACK = float(os.environ.get("OCU_TEST_SLACK_S", "5"))
 
@@ -92,8 +93,8 @@ class Network(CouplerTest):
         self.addCleanup(lambda: process.poll() is None and process.kill())
         return process
 
-    def start_all(self, *arguments, env=None):
-        """Three hosts; each has only its own key."""
+    def start_all(self, *arguments, env=None, programs=(SOLID, FLOW), own=()):
+        """Three hosts; each has only its own key. `own`: arguments of the solvers alone."""
         made = self.tool("keygen", self.path("keys"))
         self.assertEqual(made.code, 0, made.text)
         self.begin = time.monotonic()
@@ -101,13 +102,14 @@ class Network(CouplerTest):
                                     "--endpoint", f"tcp://{self.ADDRESS}:46801", "--keys", self.path("keys"), *arguments])
         self.wait_for("out", "connection.env")
         sides = []
-        for side, program in (("s", SOLID), ("f", FLOW)):
+        for side, program in zip("sf", programs):
             keys = self.path(f"keys-{side}")
             os.mkdir(keys)
             name = "solid.key" if side == "s" else "flow.key"
             shutil.copy2(self.path("keys", name), keys)
             here = {"OCUBLAST_ENDPOINT": f"tcp://{self.ADDRESS}:46801", "OCUBLAST_KEYS": keys, **(env or {})}
-            sides.append(self.launch(side, [program, self.case, *arguments], here))
+            out = ("--out", self.path(f"out-{side}")) if own else ()
+            sides.append(self.launch(side, [program, self.case, *arguments, *own, *out], here))
         return coupler, sides
 
     def cut(self, down):
@@ -121,6 +123,37 @@ class Network(CouplerTest):
         self.assertEqual(coupler.returncode, 0, text)
         self.assertEqual([s.wait(timeout=5) for s in sides], [0, 0])
         self.assertEqual(self.rows("out"), self.rows("one"))
+
+    def test_our_solvers_on_three_hosts_give_the_same_results_as_on_one(self):
+        self.case = SOLVERS_CASE
+        make_mesh(self.path("mesh"))
+        shared = ("--mesh-dir", self.path("mesh"))
+        programs = [os.path.join(BIN, name) for name in ("solid_solver", "flow_solver")]
+        one = self.run_coupler(*shared, "--solid", programs[0], "--flow", programs[1], "--threads-flow", "1",
+                               "--threads-solid", "1", out="one")
+        self.assertEqual(one.code, 0, one.text)
+        coupler, sides = self.start_all(*shared, programs=programs, own=("--threads", "1", "--quiet"))
+        text = coupler.communicate(timeout=60)[0]
+        self.assertEqual(coupler.returncode, 0, text)
+        self.assertEqual([s.wait(timeout=20) for s in sides], [0, 0])
+        self.assertGreater(len(self.rows("one")), 5)
+        self.assertEqual(self.rows("out"), self.rows("one"))
+
+    def test_our_solvers_end_when_the_link_of_one_stays_cut(self):
+        self.case = SOLVERS_CASE
+        make_mesh(self.path("mesh"))
+        longer = ("--mesh-dir", self.path("mesh"), "--set", "time.end_s=1.0", "--set", "coupling.silence_limit_s=1.0")
+        coupler, sides = self.start_all(*longer, own=("--threads", "1", "--quiet"),
+                                        programs=[os.path.join(BIN, name) for name in ("solid_solver", "flow_solver")])
+        self.wait_for("out", "coupling.csv", seconds=30.0)
+        time.sleep(0.5)
+        begin = time.monotonic()
+        self.cut(True)
+        text = coupler.communicate(timeout=30)[0]
+        self.assertEqual(coupler.returncode, 3, text)
+        self.assertRegex(text, r"solid \(solid_solver .*\) failed in window \d+ .*no heartbeat in time")
+        self.assertEqual([s.wait(timeout=10) for s in sides], [3, 3])
+        self.assertLess(time.monotonic() - begin, 1.0 + 2.0 + SLACK)
 
     def test_hosts_of_the_case_say_who_is_started_elsewhere_and_from_where(self):
         one = self.run_coupler("--set", "coupling.hosts.solid=", out="one")
