@@ -87,7 +87,7 @@ struct Flow::Core {
   /// Shape of `mark`: bit 2 axis + (0 below, 1 above) where a wall hides the neighbour on that side.
   std::vector<std::uint8_t> wall_sides;
   bool prepared = false;  ///< coefficients belong to the current state
-  double convection = 0.0, diffusion = 0.0;
+  double convection = 0.0, fastest = 0.0, diffusion = 0.0;  ///< 1/s, see PlaneMaxima
   double p_min = 0.0, p_max = 0.0;
 
   void set_tables();
@@ -171,6 +171,8 @@ struct Flow::Core {
   /// Rate [1/s] of convection in the cells at r = 0, whose one face is (m + 1)/2 times larger against
   /// their volume than that of a slab.
   [[nodiscard]] double convection_at_axis() const;
+  /// Step [s] at which both Courant numbers, on the sum over directions and along one, are kept.
+  [[nodiscard]] double convective_step(double cfl, double cfl_direction) const;
   /// The kernels of a stage that every scheme has (kernel.hpp says what each does).
   struct StageKernels {
     void (*sweep_x)(const Context&, double* scratch, int k, int g0, int g1);

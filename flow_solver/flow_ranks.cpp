@@ -75,6 +75,7 @@ void Flow::Core::share_maxima() {
   wait_for([&] {
     const Ranks& all = ranks->ranks();
     convection = all.max_of_all(convection);
+    fastest = all.max_of_all(fastest);
     p_max = all.max_of_all(p_max);
     p_min = all.min_of_all(p_min);
   });

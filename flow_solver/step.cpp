@@ -38,8 +38,8 @@ constexpr double nu_cap_fresh = 1.0;
 constexpr double convection_limit = 1.32;
 constexpr double diffusion_limit = 2.6;
 
-/// Courant number at which the whole filter is applied once per step.
-constexpr double filter_cfl = 0.9;
+/// Courant numbers at which the whole filter is applied once per step.
+constexpr double default_cfl = FlowOptions{}.cfl, default_cfl_direction = FlowOptions{}.cfl_direction;
 
 /// Nodes of a plane of which some twenty fields stay in the second cache (2^12 x 20 x 8 B = 0.7 MB).
 constexpr int cached_nodes = 4096;
@@ -77,6 +77,13 @@ void Flow::Core::set_time(double t) {
   now = t;
   const auto varies = [](const Boundary& b) { return b.incoming != nullptr; };
   if (std::any_of(boundaries.begin(), boundaries.end(), varies)) prepared = false;
+}
+
+double Flow::Core::convective_step(double cfl, double cfl_direction) const {
+  // First-order fluxes, which fresh charges need, and limited ones keep pressures positive up to a
+  // Courant number of 1 on the sum over directions.
+  if (fresh_charge() || muscl != nullptr) cfl = std::min(cfl, cfl_direction);
+  return std::min(cfl / convection, cfl_direction / fastest);
 }
 
 bool Flow::Core::fresh_charge() const { return p_max > fresh_ratio * p_min; }
@@ -118,18 +125,21 @@ void Flow::Core::prepare() {
     correct_dilatation(k + lo[2]);
     if (radial.power > 0) radial_kernels->add_dilatation(box, k);
   }
-  convection = 0.0;
+  convection = fastest = 0.0;
   p_max = 0.0;
   p_min = 1e300;
   for (const PlaneMaxima& m : maxima) {
     convection = std::max(convection, m.convection);
+    fastest = std::max(fastest, m.fastest);
     p_max = std::max(p_max, m.p_max);
     p_min = std::min(p_min, m.p_min);
   }
-  convection = std::max(convection, convection_at_axis());
+  const double at_axis = convection_at_axis();
+  convection = std::max(convection, at_axis);
+  fastest = std::max(fastest, at_axis);
   share_maxima();
   diffusion = 0.0;
-  ctx.cap = (fresh_charge() ? nu_cap_fresh : nu_cap) * convection / options.cfl;
+  ctx.cap = (fresh_charge() ? nu_cap_fresh : nu_cap) / convective_step(options.cfl, options.cfl_direction);
   box.cap = ctx.cap;
   if (options.artificial_diffusivity || ctx.nodal_stress) {
     const auto fields = [&](std::initializer_list<int> always, int strain) {
@@ -163,7 +173,8 @@ double Flow::stable_step() {
   Core& c = *core_;
   if (!c.prepared) c.prepare();
   const double wave = c.convection / convection_limit, decay = c.diffusion / diffusion_limit;
-  return std::min(c.options.cfl / c.convection, 1.0 / std::sqrt(wave * wave + decay * decay));
+  return std::min(c.convective_step(c.options.cfl, c.options.cfl_direction),
+                  1.0 / std::sqrt(wave * wave + decay * decay));
 }
 
 void Flow::Core::compute_stress() {
@@ -433,7 +444,7 @@ StepReport Flow::advance(double t, double dt) {
   const bool floors = c.options.floor_density > 0.0 && c.options.floor_pressure > 0.0;
   c.ctx.drop_limit = strict_drop;
   c.ctx.filter_strength =
-      c.options.filter_per_time ? std::min(1.0, dt * c.convection / filter_cfl) : 1.0;
+      c.options.filter_per_time ? std::min(1.0, dt / c.convective_step(default_cfl, default_cfl_direction)) : 1.0;
   while (!c.run_stages(t, dt, floors && report.redone == most_tries, report)) {
     if (report.redone == most_tries) c.throw_failure(t, dt);
     ++report.redone;

@@ -52,10 +52,11 @@ struct FlowOptions {
   double sutherland_temperature = 110.4;       ///< K
   double prandtl = 0.71;
   Scheme scheme = Scheme::compact6;
-  double cfl = 0.9;                            ///< on the sum over directions of (|u| + c)/h
+  double cfl = 1.2;                            ///< on the sum over directions of (|u| + c)/h
+  double cfl_direction = 0.9;                  ///< on the largest (|u| + c)/h of one direction
   bool filter = true;
   /// Applies the filter's correction in proportion to the step: as much per time at any step as at
-  /// the Courant number 0.9, for which its parameter was chosen. Else once whole per step.
+  /// the default Courant numbers, for which its parameter was chosen. Else once whole per step.
   bool filter_per_time = false;
   double filter_alpha = 0.47;
   bool artificial_diffusivity = true;

@@ -295,10 +295,14 @@ void read_numerics(Section& flow, FlowCase& result) {
       {"dilatation", Sensor::theta_compression}, {"strain", Sensor::strain}};
   table.real("cfl", options.cfl,
              {.unit = "1", .min = 0.0, .max = 1.2, .above_min = true,
-              .help = "Courant number on the sum over directions", .advice = "start from 0.9"});
+              .help = "Courant number on the sum over directions",
+              .advice = "start from 1.2"});
+  table.real("cfl_direction", options.cfl_direction,
+             {.unit = "1", .min = 0.0, .max = 1.2, .above_min = true,
+              .help = "Courant number along any one direction; with muscl or a fresh charge on the sum too", .advice = "start from 0.9"});
   table.flag("filter", options.filter, "8th-order implicit filter after each step");
   table.flag("filter_per_time", options.filter_per_time,
-             "as much filtering per time at any step as at cfl 0.9; false: whole in each step");
+             "as much filtering per time at any step as at the default Courant numbers; false: whole in each step");
   table.real("filter_alpha", options.filter_alpha,
              {.unit = "1", .min = 0.3, .max = 0.495, .help = "filter parameter"});
   table.flag("artificial_diffusivity", options.artificial_diffusivity, "localised artificial diffusivity");

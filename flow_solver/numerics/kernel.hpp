@@ -163,6 +163,7 @@ struct Context {
 /// Maxima of one plane.
 struct PlaneMaxima {
   double convection = 0;   ///< 1/s, sum over directions of (|u| + c)/h
+  double fastest = 0;      ///< 1/s, largest (|u| + c)/h along one direction
   double diffusion = 0;    ///< 1/s, the spectral radius of the diffusive terms
   double p_min = 1e300, p_max = 0;
 };

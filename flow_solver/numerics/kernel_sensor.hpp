@@ -140,7 +140,7 @@ inline void theta_plane(const Context& shared, int k, PlaneMaxima& out) {
   const Context ctx = shared;
   const Metrics m(ctx);
   const Block& b = ctx.W;
-  Vec convection = splat(0.0), p_max = splat(0.0), p_min = splat(1e300);
+  Vec convection = splat(0.0), fastest = splat(0.0), p_max = splat(0.0), p_min = splat(1e300);
   const Vec gamma_R = splat(ctx.gamma * ctx.gas_constant), R = splat(ctx.gas_constant);
   for (int j = 0; j < ctx.n[1]; ++j) {
     for (int t = 0; t < ctx.tiles; ++t) {
@@ -153,22 +153,28 @@ inline void theta_plane(const Context& shared, int k, PlaneMaxima& out) {
       const Vec T = load(w + 4 * b.sf);
       const Vec c = vsqrt(gamma_R * T);
       const Vec p = load(w) * R * T;
-      Vec rate = splat(0.0);
+      Vec rate = splat(0.0), one = splat(0.0);
       for (int a = 0; a < 3; ++a) {
-        if (ctx.present[a]) rate = rate + (vabs(load(w + (1 + a) * b.sf)) + c) * along(m.inverse, a, i0, j, k);
+        if (!ctx.present[a]) continue;
+        const Vec axis_rate = (vabs(load(w + (1 + a) * b.sf)) + c) * along(m.inverse, a, i0, j, k);
+        rate = rate + axis_rate;
+        one = vmax(one, axis_rate);
       }
       if (fluid == 0xffu) {
         convection = vmax(convection, rate);
+        fastest = vmax(fastest, one);
         p_max = vmax(p_max, p);
         p_min = vmin(p_min, p);
       } else {
         convection = vmax(convection, select(fluid, rate, convection));
+        fastest = vmax(fastest, select(fluid, one, fastest));
         p_max = vmax(p_max, select(fluid, p, p_max));
         p_min = vmin(p_min, select(fluid, p, p_min));
       }
     }
   }
   out.convection = largest_lane(convection);
+  out.fastest = largest_lane(fastest);
   out.p_max = largest_lane(p_max);
   out.p_min = smallest_lane(p_min);
 }

@@ -74,7 +74,7 @@ TEST_F(FlowCaseTest, RefusesANegativePressureAndSaysWhatIsAccepted) {
 }
 
 TEST_F(FlowCaseTest, RefusesAStepAboveTheStabilityLimit) {
-  expect_fault("[flow.numerics]\ncfl = 1.9\n", "cfl is 1.9, accepted (0, 1.2]; start from 0.9");
+  expect_fault("[flow.numerics]\ncfl = 1.9\n", "cfl is 1.9, accepted (0, 1.2]; start from 1.2");
 }
 
 TEST_F(FlowCaseTest, RefusesAMissingSurfaceFile) {

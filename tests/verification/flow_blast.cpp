@@ -119,12 +119,13 @@ TEST(SphericalBlast, FollowsTheSphericalSolution) {
     // Second-order PLM has 9.7e-2 and 5.5e-2 at nodes, PPM 7.6e-2 and 4.8e-2; the prototype of this
     // scheme 8.2e-2 and 4.80e-2 (C_beta 1), 8.0e-2 and 4.72e-2 (0.7). Whether a node lies before or
     // behind the jump of the reference moves the mean at 32^3 by 2e-3; a reference of 1500 cells, whose
-    // jump is thicker, gives 4.79e-2 at 64^3 with C_beta 1, this one 4.95e-2.
-    EXPECT_LT(coarse.error, 8.5e-2);
-    EXPECT_LT(fine.error, o.C_beta < 1.0 ? 4.85e-2 : 5.0e-2);
+    // jump is thicker, gives 1.6e-3 less at 64^3.
+    EXPECT_LT(coarse.error, 8.3e-2);
+    EXPECT_LT(fine.error, 4.8e-2);
     // PLM: 1.77 and 1.89, 6.5 % apart.
     EXPECT_LT(std::abs(fine.axis / fine.diagonal - 1.0), 0.055);
-    EXPECT_EQ(fine.run.redone, 0);
+    // A jump of 20:1 between two nodes, above what first-order fluxes bear at this Courant number.
+    EXPECT_LE(fine.run.redone, 2);
   }
 }
 

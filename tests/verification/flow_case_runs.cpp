@@ -162,7 +162,7 @@ TEST_F(CaseRun, StopsAtAFailedStepWithACheckpointOfTheLastGoodOne) {
   const std::string text = tube("outflow", 1e-3) +
                            "[flow.initial]\nkind = \"riemann\"\naxis = \"x\"\nposition_m = 0.5\n"
                            "[flow.initial.left]\npressure_Pa = 1.0e13\n[flow.initial.right]\n"
-                           "[flow.numerics]\ncfl = 1.2\nfilter = false\nartificial_diffusivity = false\n";
+                           "[flow.numerics]\ncfl_direction = 1.2\nfilter = false\nartificial_diffusivity = false\n";
   ::testing::internal::CaptureStderr();
   const int code = run(text);
   const std::string said = ::testing::internal::GetCapturedStderr();

@@ -265,7 +265,7 @@ TEST_F(ProgramOnRanks, FailsWithOneMessageAndACheckpointForAnyNumberOfRanks) {
   text += "[flow.boundary]\nx_min = \"outflow\"\nx_max = \"outflow\"\n"
           "[flow.initial]\nkind = \"riemann\"\naxis = \"x\"\nposition_m = 0.1\n"
           "[flow.initial.left]\npressure_Pa = 1.0e13\n[flow.initial.right]\n"
-          "[flow.numerics]\ncfl = 1.2\nfilter = false\nartificial_diffusivity = false\n";
+          "[flow.numerics]\ncfl_direction = 1.2\nfilter = false\nartificial_diffusivity = false\n";
   const std::string finer = "--set flow.grid.x.spacing_m=0.001 --set time.end_s=1e-3 --set ambient.pressure_Pa=1e5 ";
   const auto first = run_case(2, text, finer);
   EXPECT_EQ(first.code, 4) << first.output;
