@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "coupler/base/background_writer.hpp"
 #include "coupler/base/ranks.hpp"
 #include "flow_solver/gas/gas.hpp"
 #include "flow_solver/grid/fields.hpp"
@@ -15,14 +16,15 @@
 namespace ocublast::flow {
 
 /// Writes the flow field as a series that ParaView opens: flow.xmf beside one flow/NNNN.h5 per time,
-/// each closed before the index names it. Cell data on the non-uniform grid, single precision.
+/// each closed before the index names it. Cell data on the non-uniform grid, single precision. Files
+/// are written in the background: values are copied at once.
 class FieldOutput {
  public:
   struct Options {
     std::filesystem::path directory;     ///< run directory
     double ambient_pressure = 0.0;       ///< Pa
   };
-  FieldOutput(const Grid& grid, const Gas& gas, Options options);
+  FieldOutput(const Grid& grid, const Gas& gas, Options options, BackgroundWriter& writer);
   /// Writes frame number n_frames(): overpressure, density, temperature, velocity, tags. Under ranks W
   /// holds the nodes in `own`; the root gathers and writes. Collective.
   void write(const Ranks& ranks, const NodeBox& own, FieldsView<const double> W,
@@ -33,26 +35,33 @@ class FieldOutput {
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
 
  private:
-  void write_index() const;
+  struct Frame;
+  void write_file(const Frame& frame) const;
+  void write_index(const Frame& frame) const;
   const Grid* grid_;
   Gas gas_;
   Options options_;
-  bool has_tags_ = false;
+  BackgroundWriter* writer_;
   std::vector<double> times_;
 };
 
-/// Writes the bodies' surfaces with pressure and velocity: interface.xmf, interface/NNNN.h5.
+/// Writes the bodies' surfaces with pressure and velocity: interface.xmf, interface/NNNN.h5, in the
+/// background as well.
 class InterfaceOutput {
  public:
-  explicit InterfaceOutput(std::filesystem::path directory) : directory_(std::move(directory)) {}
+  InterfaceOutput(std::filesystem::path directory, BackgroundWriter& writer)
+      : directory_(std::move(directory)), writer_(&writer) {}
   void write(const ImmersedBoundary& bodies, FieldsView<const double> W, double ambient_pressure,
              double t);
   void restore(std::vector<double> times) { times_ = std::move(times); }
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
 
  private:
-  void write_index(const ImmersedBoundary& bodies) const;
+  struct Frame;
+  void write_file(const Frame& frame) const;
+  void write_index(const Frame& frame) const;
   std::filesystem::path directory_;
+  BackgroundWriter* writer_;
   std::vector<double> times_;
 };
 

@@ -122,8 +122,8 @@ FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line
       flow_(make_grid(case_.axes, case_.geometry), case_.boundaries, case_.options, &ranks),
       probes_(flow_.grid(), case_.options.gas, case_.probes, case_.common.ambient_pressure),
       fields_(flow_.grid(), case_.options.gas,
-              {.directory = line.out, .ambient_pressure = case_.common.ambient_pressure}),
-      surfaces_(line.out) {
+              {.directory = line.out, .ambient_pressure = case_.common.ambient_pressure}, writer_),
+      surfaces_(line.out, writer_) {
   wall_start_ = wall_clock();
   auto surfaces = make_bodies(case_, coupled_surfaces);
   if (!surfaces.empty()) {
@@ -415,6 +415,7 @@ void FlowRun::show_progress(bool last) {
 }
 
 void FlowRun::save(const std::filesystem::path& directory) {
+  writer_.finish();
   clock_.field_times = fields_.times();
   clock_.interface_times = surfaces_.times();
   clock_.surface_times = surface_times_;

@@ -91,6 +91,7 @@ class FlowRun {
   Probes probes_;
   FieldOutput fields_;
   InterfaceOutput surfaces_;
+  BackgroundWriter writer_{std::size_t{256} << 20};  ///< ends before those whose frames it writes
   RunClock clock_;
   std::ofstream globals_;
   /// A body that a solid moves, and its vertices among those of all such bodies.

@@ -34,6 +34,7 @@ void FlowRun::restore_sums() {
 }
 
 void FlowRun::write_summary() {
+  writer_.finish();
   if (out_.empty() || !ranks_->root()) return;
   Json quantities = Json::array();
   for (const StartQuantity& q : start_quantities_) quantities.push_back(quantity(q.name, q.value, q.unit));
