@@ -1,6 +1,7 @@
 // Bodies in the flow: masks and batches from tags and cut lines.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 #include <tuple>
@@ -9,6 +10,7 @@
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/flow_core.hpp"
+#include "flow_solver/ranks/gather.hpp"
 
 namespace ocublast::flow {
 namespace {
@@ -69,6 +71,26 @@ void Flow::Core::add_aligned_batches(int axis, std::vector<Segment>& group, Segm
   group.erase(group.begin(), rest);
 }
 
+bool Flow::Core::cut_to_block(int axis, Segment& s) const {
+  if (!ranks) return true;
+  const auto& begin = ranks->part.begin;
+  const std::size_t a = static_cast<std::size_t>(axis), b_of = axis == 0 ? 1 : 0, c_of = axis == 2 ? 1 : 2;
+  s.b -= begin[b_of];
+  s.c -= begin[c_of];
+  s.begin -= begin[a];
+  s.end -= begin[a];
+  if (s.b < 0 || s.b >= ctx.n[b_of] || s.c < 0 || s.c >= ctx.n[c_of]) return false;
+  if (s.begin < 0) {
+    s.begin = 0;
+    s.wall_low = -1;
+  }
+  if (s.end > ctx.n[a]) {
+    s.end = ctx.n[a];
+    s.wall_high = -1;
+  }
+  return s.end > s.begin;
+}
+
 void Flow::Core::set_segments(int axis) {
   const auto a = static_cast<std::size_t>(axis);
   const CutLines& lines = bodies->lines(axis);
@@ -77,25 +99,49 @@ void Flow::Core::set_segments(int axis) {
   const int n_b = ctx.n[b_axis], n_c = ctx.n[c_axis];
   std::fill(cut[a].begin(), cut[a].end(), std::uint8_t{0});
   const auto stride = static_cast<std::size_t>(axis == 0 ? ctx.row_groups : ctx.tiles);
+  const auto group_of = [&](int b, int c) -> std::uint8_t& {
+    return cut[a][static_cast<std::size_t>(c) * stride + static_cast<std::size_t>(b / tile_width)];
+  };
+  const std::array<int, 3> first = ranks ? ranks->part.begin : std::array<int, 3>{};
+  const int whole_b = ranks ? ranks->part.whole.axis[static_cast<std::size_t>(b_axis)].n : n_b;
   for (int c = 0; c < n_c; ++c) {
     for (int b = 0; b < n_b; ++b) {
-      if (lines.cut[static_cast<std::size_t>(c * n_b + b)] == 0) continue;
-      cut[a][static_cast<std::size_t>(c) * stride + static_cast<std::size_t>(b / tile_width)] |=
-          static_cast<std::uint8_t>(1 << (b % tile_width));
+      const std::size_t line = static_cast<std::size_t>(c + first[static_cast<std::size_t>(c_axis)]) *
+                                   static_cast<std::size_t>(whole_b) +
+                               static_cast<std::size_t>(b + first[static_cast<std::size_t>(b_axis)]);
+      if (lines.cut[line] == 0) continue;
+      std::uint8_t& group = group_of(b, c);
+      group = static_cast<std::uint8_t>(group | 1U << (b % tile_width));
     }
   }
+  if (ranks && ranks->flux[a]) {
+    ranks->cut_flux[a]->take(lines, ranks->flux[a]->borders_of_sums());
+    if (ranks->filter[a]) ranks->cut_filter[a]->take(lines, ranks->filter[a]->borders_of_sums());
+  }
+  const std::vector<Segment>& pieces = lines.segments;
   const auto b_of = static_cast<std::size_t>(b_axis), c_of = static_cast<std::size_t>(c_axis);
   const bool mirror_low = is_mirrored(boundaries[2 * a].kind) && lo[a] == 0;
+  const bool known_low = boundaries[2 * a].kind == BoundaryKind::neighbour;
+  const bool known_high = boundaries[2 * a + 1].kind == BoundaryKind::neighbour;
   SegmentBatches& out = segments[a];
   out.batch.clear();
   out.begin.assign(static_cast<std::size_t>(hi[c_of] - lo[c_of]) + 1, 0);
   std::vector<Segment> group;
   std::size_t next = 0;
+  const int first_c = first[c_of];
+  while (next < pieces.size() && pieces[next].c < first_c) ++next;
   for (int c = 0; c < n_c; ++c) {
     if (c >= lo[c_of] && c < hi[c_of]) out.begin[static_cast<std::size_t>(c - lo[c_of])] = out.batch.size();
     group.clear();
-    for (; next < lines.segments.size() && lines.segments[next].c == c; ++next) {
-      Segment s = lines.segments[next];
+    for (; next < pieces.size() && pieces[next].c == c + first_c; ++next) {
+      Segment s = pieces[next];
+      if (!cut_to_block(axis, s)) continue;
+      if (ranks && s.begin == 0 && s.end == ctx.n[axis] && s.wall_low < 0 && s.wall_high < 0) {
+        // Within this block the line is whole.
+        std::uint8_t& bits = group_of(s.b, c);
+        bits = static_cast<std::uint8_t>(bits & ~(1U << (s.b % tile_width)));
+        continue;
+      }
       if (c < lo[c_of] || c >= hi[c_of] || s.b < lo[b_of] || s.b >= hi[b_of]) continue;
       if (s.begin < lo[a]) {
         s.begin = lo[a];
@@ -107,15 +153,19 @@ void Flow::Core::set_segments(int axis) {
       }
       if (s.end > s.begin) group.push_back(s);
     }
-    const auto from_mirror = [&](const Segment& s) { return mirror_low && s.wall_low < 0; };
+    // Lanes of a batch start in the same way, and go on beyond the block or do not.
+    const auto kind_of = [&](const Segment& s) {
+      const int start = s.wall_low >= 0 ? 0 : (mirror_low ? 1 : (known_low ? 2 : 0));
+      return 2 * start + (s.wall_high < 0 && known_high ? 1 : 0);
+    };
     if (axis > 0) add_aligned_batches(axis, group, out);
     // Lanes of a batch share the elimination from their start and should have like lengths.
     std::stable_sort(group.begin(), group.end(), [&](const Segment& l, const Segment& r) {
-      return std::pair(from_mirror(l), l.end - l.begin) < std::pair(from_mirror(r), r.end - r.begin);
+      return std::pair(kind_of(l), l.end - l.begin) < std::pair(kind_of(r), r.end - r.begin);
     });
     for (std::size_t s = 0; s < group.size();) {
       std::size_t end = s + 1;
-      while (end < group.size() && end - s < tile_width && from_mirror(group[end]) == from_mirror(group[s])) ++end;
+      while (end < group.size() && end - s < tile_width && kind_of(group[end]) == kind_of(group[s])) ++end;
       out.batch.push_back(batch_of(axis, std::span(group).subspan(s, end - s)));
       s = end;
     }
@@ -125,7 +175,8 @@ void Flow::Core::set_segments(int axis) {
 
 void Flow::Core::add_wall_nodes(int axis) {
   const int b_axis = axis == 0 ? 1 : 0, c_axis = axis == 2 ? 1 : 2;
-  for (const Segment& s : bodies->lines(axis).segments) {
+  for (Segment s : bodies->lines(axis).segments) {
+    if (!cut_to_block(axis, s)) continue;
     for (int side = -1; side <= 1; side += 2) {
       const int wall = side < 0 ? s.wall_low : s.wall_high;
       if (wall < 0) continue;
@@ -182,11 +233,12 @@ void Flow::Core::correct_bulk(int k) {
 void Flow::Core::take_topology(bool convert) {
   const std::span<const std::uint8_t> tags = bodies->tags();
   const Gas& gas = options.gas;
+  const Grid& whole = ranks ? ranks->part.whole : grid;
+  const std::array<int, 3> first = ranks ? ranks->part.begin : std::array<int, 3>{};
 #pragma omp parallel for schedule(static) num_threads(options.threads)
   for (int k = 0; k < ctx.n[2]; ++k) {
-    std::size_t node = static_cast<std::size_t>(k) * static_cast<std::size_t>(ctx.n[1]) *
-                       static_cast<std::size_t>(ctx.n[0]);
     for (int j = 0; j < ctx.n[1]; ++j) {
+      std::size_t node = place_of(whole, first[0], j + first[1], k + first[2]);
       for (int t = 0; t < ctx.tiles; ++t) {
         std::uint8_t bits = 0;
         const int count = std::min(tile_width, ctx.n[0] - t * tile_width);
@@ -231,9 +283,7 @@ void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
   c.prepared = false;
   c.set_masks_without_bodies();
   if (!c.bodies) return;
-  if (c.ranks) {
-    throw CaseError("flow.body: bodies run on one rank; start the flow solver without mpirun (threads share its work)");
-  }
+  if (c.ranks) c.require_bodies_on_ranks();
   if (c.radial.power > 0) throw CaseError("flow.body: bodies need flow.grid.geometry = \"cartesian\"");
   if (c.ctx.nodal_stress) {
     // Cut lines form their stress from velocity gradients.

@@ -68,7 +68,7 @@ struct Flow::Core {
   [[nodiscard]] bool layer_disturbed(int axis, int at) const;
   PassClock clock;
   FieldMemory W, R, Q, A, G;
-  std::array<LineTable, 3> table, table_from_ghost, table_from_mirror;
+  std::array<LineTable, 3> table, table_from_ghost, table_from_mirror, table_from_known;
   std::array<LineMetric, 3> metric;
   RadialMetric radial;
   LineTable radial_table, box_radial_table;
@@ -96,6 +96,8 @@ struct Flow::Core {
   /// Masks, batches and conserved values of nodes that are or were in bodies.
   void take_topology(bool convert);
   void set_segments(int axis);
+  /// A segment of the whole grid as far as it lies in this rank's block, counted there; false: it does not.
+  [[nodiscard]] bool cut_to_block(int axis, Segment& segment) const;
   /// A batch of up to eight segments.
   [[nodiscard]] SegmentBatch batch_of(int axis, std::span<const Segment> group) const;
   /// Moves the segments of a line index c all of whose ends have ghosts from the group into batches of
@@ -132,6 +134,8 @@ struct Flow::Core {
   /// Takes this rank's block as the grid.
   void set_ranks(const Ranks& all_ranks);
   void set_known_ends();
+  /// Throws CaseError for what bodies cannot be together with under ranks.
+  void require_bodies_on_ranks() const;
   /// All ghosts of the primitives; does `meanwhile` while they travel, if they travel all at once.
   void fill_ghosts_on_ranks(const std::function<void()>& meanwhile);
   [[nodiscard]] long run_stage_on_ranks();

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "coupler/base/errors.hpp"
 #include "flow_solver/flow_core.hpp"
 
@@ -38,6 +40,19 @@ void Flow::Core::set_ranks(const Ranks& all_ranks) {
   boundaries = ranks->part.boundaries;
   // Blocks without a disturbance would have to wait for the others anyway.
   options.active_box = false;
+}
+
+void Flow::Core::require_bodies_on_ranks() const {
+  if (ctx.nodal_stress) {
+    throw CaseError("flow.body: bodies in viscous gas, or with diffusivity_form = \"paper\", run on one rank; start "
+                    "the flow solver without mpirun (threads share its work)");
+  }
+  for (int a = 0; a < 3; ++a) {
+    if (ranks->part.split(a) && ranks->part.whole_boundaries[2 * static_cast<std::size_t>(a)].kind == BoundaryKind::periodic) {
+      throw CaseError(fmt::format("flow.boundary.{0}_min: a periodic direction with bodies in the grid is not divided "
+                                  "between ranks; start the flow solver on fewer of them, or without mpirun", "xyz"[a]));
+    }
+  }
 }
 
 void Flow::Core::set_known_ends() {
@@ -95,6 +110,9 @@ void Flow::Core::sum_borders(const std::array<std::unique_ptr<BorderSums>, 3>& s
       for (const BorderSum& sum : of_axis->sums()) kernel(box, own, axis, sum, c, 0, groups);
     }
   }
+  if (!bodies) return;
+  const auto& cut_sums = &sums == &ranks->flux ? ranks->cut_flux : ranks->cut_filter;
+  cut_sums[static_cast<std::size_t>(axis)]->put(box, of_axis->sums(), options.threads);
 }
 
 void Flow::Core::fill_ghosts_on_ranks(const std::function<void()>& meanwhile) {
@@ -126,6 +144,7 @@ long Flow::Core::run_stage_on_ranks() {
 #pragma omp parallel for schedule(static) num_threads(options.threads)
     for (int k = k0; k < k1; ++k) {
       kernels->bulk_rows(box, k, 0, n1);
+      correct_bulk(k);
       kernels->bulk_ghost_rows(box, k);
     }
   };
@@ -189,16 +208,36 @@ long Flow::Core::finish_on_ranks() {
     return sum;
   };
   long failures = 0;
-  if (box.filter && r.part.split(2)) {
-    know_borders(2);
-    for_all(box.n[1], [&](double* own, int j) { kernels->filter_z(box, own, j); return 0L; });
+  const auto filter_cut = [&](double* own, int axis, int c) {
+    const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
+    if (s.begin.empty()) return;
+    const auto at = static_cast<std::size_t>(c);
+    for (std::size_t b = s.begin[at]; b < s.begin[at + 1]; ++b) kernels->filter_segments(box, own, axis, s.batch[b]);
+  };
+  if (box.filter) {  // along z, where it was not part of the update
+    const bool split = r.part.split(2);
+    if (split) know_borders(2);
+    if (split || !segments[2].batch.empty()) {
+      for_all(box.n[1], [&](double* own, int j) {
+        if (split) kernels->filter_z(box, own, j);
+        filter_cut(own, 2, j);
+        return 0L;
+      });
+    }
   }
   if (box.filter && (r.part.split(0) || r.part.split(1))) {
     know_borders(0);
-    for_all(n2, [&](double* own, int k) { kernels->filter_x(box, own, k, 0, box.row_groups); return 0L; });
+    for_all(n2, [&](double* own, int k) {
+      kernels->filter_x(box, own, k, 0, box.row_groups);
+      filter_cut(own, 0, k);
+      return 0L;
+    });
     know_borders(1);
     failures = for_all(n2, [&](double* own, int k) {
-      if (box.present[1]) kernels->filter_y(box, own, k, 0, box.tiles);
+      if (box.present[1]) {
+        kernels->filter_y(box, own, k, 0, box.tiles);
+        filter_cut(own, 1, k);
+      }
       return kernels->finish_plane(box, k);
     });
   } else {

@@ -189,6 +189,15 @@ void Flow::Core::set_tables() {
     table_from_ghost[a] = make_line_table(n + 8, LineEnd::ghosted, LineEnd::ghosted, scheme);
     const LineEnd mirror = low == LineEnd::held_wall ? low : LineEnd::mirrored_slip;
     table_from_mirror[a] = make_line_table(n + 8, mirror, LineEnd::ghosted, scheme);
+    if (low == LineEnd::known) {
+      LineTable& t = table_from_known[a] = make_line_table(n + 8, LineEnd::known, LineEnd::ghosted, scheme);
+      // Segments walk from face -3 on: up to the first solved row, all hand on the value they start with.
+      const auto repeat = [](std::vector<double>& rows, int size) {
+        for (int j = 0; j < table_offset; ++j) std::copy_n(rows.begin() + table_offset * size, size, rows.begin() + j * size);
+      };
+      repeat(t.flux, flux_row_size);
+      repeat(t.filter, filter_row_size);
+    }
   }
   set_radial();
   ctx.flux_end = make_flux_end_rows(scheme);
@@ -228,6 +237,7 @@ void Flow::Core::set_context() {
     set_view(view, table[a]);
     set_view(ctx.from_ghost[a], table_from_ghost[a]);
     set_view(ctx.from_mirror[a], table_from_mirror[a]);
+    if (!table_from_known[a].flux.empty()) set_view(ctx.from_known[a], table_from_known[a]);
     view.inverse_face_spacing = metric[a].inverse_face_spacing.data() + table_offset;
     view.face_jacobian = metric[a].face_jacobian.data() + table_offset;
     view.inverse_jacobian = metric[a].inverse_jacobian.data() + table_offset;
@@ -362,6 +372,22 @@ NodeBox Flow::owned() const {
     box.hi[a] = box.lo[a] + c.ctx.n[a];
   }
   return box;
+}
+
+std::vector<NodeBox> Flow::owned_by_rank() const {
+  if (!core_->ranks) return {owned()};
+  const RankBlocks& blocks = core_->ranks->part.blocks;
+  std::vector<NodeBox> boxes;
+  for (int r = 0; r < core_->ranks->ranks().size(); ++r) {
+    const std::array<int, 3> block = blocks.block_of(r);
+    NodeBox box{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      box.lo[a] = blocks.begin[a][static_cast<std::size_t>(block[a])];
+      box.hi[a] = blocks.begin[a][static_cast<std::size_t>(block[a]) + 1];
+    }
+    boxes.push_back(box);
+  }
+  return boxes;
 }
 
 std::array<int, 3> Flow::rank_blocks() const {

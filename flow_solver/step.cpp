@@ -114,7 +114,7 @@ void Flow::Core::prepare() {
   maxima.assign(static_cast<std::size_t>(n2), {});
   if (bodies) {
     fill_ghosts();
-    bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
+    bodies->compute_ghosts(view_of(ctx.W, ctx.bulk));
   }
   fill_ghosts();
   refresh_box();
@@ -394,9 +394,10 @@ bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report
     Lap lap(clock);
     if (ghosts_with_planes()) domain_ghosts().fill_all_z(options.threads);
     else if (!ranks) fill_ghosts();
+    else if (bodies) domain_ghosts().fill_all(options.threads);
     if (bodies) {  // only band nodes change, and no stencil reads the domain ghosts beside those
       bodies->move_to(now);
-      bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
+      bodies->compute_ghosts(view_of(ctx.W, ctx.bulk));
     }
     refresh_box();
     lap.book(Pass::ghosts);
@@ -469,8 +470,7 @@ StepReport Flow::advance(double t, double dt) {
   if (c.bodies) {
     c.bodies->move_to(c.now);
     c.fill_ghosts();
-    const Block& w = c.ctx.W;
-    report.topology = c.bodies->update_topology({w.data, w.sf, w.sj, w.sk});
+    report.topology = c.bodies->update_topology(c.view_of(c.ctx.W, c.ctx.bulk));
     if (report.topology.renewed) c.take_topology(true);
   }
   return report;

@@ -126,6 +126,8 @@ class Flow {
   [[nodiscard]] const Grid& grid() const;
   /// Nodes of the grid that this rank holds.
   [[nodiscard]] NodeBox owned() const;
+  /// The same of every rank, by rank.
+  [[nodiscard]] std::vector<NodeBox> owned_by_rank() const;
   /// Blocks along x, y, z.
   [[nodiscard]] std::array<int, 3> rank_blocks() const;
   /// Messages and bytes that this rank sends in a step without marks.

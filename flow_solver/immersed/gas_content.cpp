@@ -13,8 +13,7 @@ double face_below(const Axis& axis, int i) {
 
 }  // namespace
 
-WallCells integrate_wall_cells(const Grid& grid, const CutGrid& cut, FieldsView<const double> W,
-                               const Gas& gas) {
+WallCells integrate_wall_cells(const Grid& grid, const CutGrid& cut, const GasNodes& W, const Gas& gas) {
   WallCells sum;
   int directions = 0;
   for (int a = 0; a < 3; ++a) {
@@ -35,13 +34,14 @@ WallCells integrate_wall_cells(const Grid& grid, const CutGrid& cut, FieldsView<
         at[static_cast<std::size_t>(a)] = i;
         at[static_cast<std::size_t>(b)] = s.b;
         at[static_cast<std::size_t>(c)] = s.c;
-        const double* w = &W(0, at[0], at[1], at[2]);
+        if (W.far != nullptr && !W.far->near_own(at, 0)) continue;
+        const auto [w, stride] = W(at[0], at[1], at[2]);
         const double rho = w[0];
-        const double T = w[prim_T * W.stride_f];
+        const double T = w[prim_T * stride];
         const double volume = area * length;
         double kinetic = 0.0;
         for (std::size_t d = 0; d < 3; ++d) {
-          const double u = w[static_cast<std::ptrdiff_t>(prim_u + d) * W.stride_f];
+          const double u = w[static_cast<std::ptrdiff_t>(prim_u + d) * stride];
           kinetic += 0.5 * rho * u * u;
           sum.momentum[d] += volume * rho * u;
         }

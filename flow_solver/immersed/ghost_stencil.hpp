@@ -6,6 +6,7 @@
 
 #include "flow_solver/gas/gas.hpp"
 #include "flow_solver/grid/fields.hpp"
+#include "flow_solver/immersed/far_nodes.hpp"
 #include "flow_solver/immersed/foot.hpp"
 
 namespace ocublast::flow {
@@ -83,8 +84,7 @@ class FluidNodes {
 };
 
 /// Interpolated state of W; pressure and temperature are interpolated, density follows.
-[[nodiscard]] Sample sample(const Stencil& stencil, FieldsView<const double> W,
-                            const Gas& gas) noexcept;
+[[nodiscard]] Sample sample(const Stencil& stencil, const GasNodes& W, const Gas& gas) noexcept;
 
 /// Momentum [Pa] that goes along `normal` through the place of a stencil beside the pressure, seen from
 /// a wall moving with `velocity`: rho u_n^2 and the scheme's artificial pressure where W carries it.
@@ -93,7 +93,7 @@ class FluidNodes {
 /// misses the pressure of the time that the shock needs from the wall to the nodes and back, an error
 /// of first order in the impulse. At most what makes the pressure that of gas stopped by a shock, so
 /// that no reading exceeds a reflection's; none where the gas leaves the wall.
-[[nodiscard]] double momentum_transport(const Stencil& stencil, FieldsView<const double> W,
+[[nodiscard]] double momentum_transport(const Stencil& stencil, const GasNodes& W,
                                         const Vec3& velocity, const Vec3& normal,
                                         const Gas& gas) noexcept;
 

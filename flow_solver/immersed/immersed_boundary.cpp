@@ -61,6 +61,7 @@ struct ImmersedBoundary::State {
   Bodies bodies;
   Topology topology;
   Topology last;  ///< of the step before; its memory serves the next one
+  std::unique_ptr<FarNodes> far;  ///< null: no other ranks
   TopologyReport report;
   std::vector<WallThickness> thickness;  ///< per body
   std::uint64_t n_fallbacks = 0;
@@ -82,8 +83,10 @@ struct ImmersedBoundary::State {
     return {grid, cut.tag, cut.thin_cut, narrow_gaps};
   }
   [[nodiscard]] ReadOut read_out(FieldsView<const double> W) const {
-    return {.nodes = nodes(), .bodies = bodies, .W = W, .gas = gas, .transport = options.transport};
+    if (far) far->fetch(W);
+    return {.nodes = nodes(), .bodies = bodies, .W = {W, far.get()}, .gas = gas, .transport = options.transport};
   }
+  void plan_exchange();
   [[nodiscard]] WallState wall_state(const Foot& foot) const;
   void fill_ghosts(int axis, FieldsView<double> W);
   void fill_fresh_nodes(FieldsView<double> W, const Topology& old);
@@ -108,18 +111,21 @@ void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
   auto& values = topology.cut.lines[axis].ghost;
   auto& motion = topology.cut.lines[axis].wall_motion;
   const FluidNodes view = nodes();
+  const GasNodes everywhere(W, far.get());
   const auto n = static_cast<std::ptrdiff_t>(walls.size());
   std::uint64_t fallbacks = 0;
 #pragma omp parallel for schedule(static) reduction(+ : fallbacks) if (n > 500)
   for (std::ptrdiff_t w = 0; w < n; ++w) {
     const WallEnd& wall = walls[w];
+    if (!is_mine(grid, far.get(), axis, wall)) continue;
+    const bool counts = !far || far->near_own(end_node(grid, axis, wall), 0);
     for (int layer = 0; layer < n_ghost; ++layer) {
       const std::size_t g = static_cast<std::size_t>(w) * n_ghost + layer;
       GhostPoint& ghost = ghosts[g];
       if (ghost.foot.body >= 0 && bodies[ghost.foot.body].moved_since_ghosts) {
         follow_ghost(grid, bodies, view, axis, wall, layer, false, ghost);
       }
-      const Sample image = sample(ghost.stencil, W, gas);
+      const Sample image = sample(ghost.stencil, everywhere, gas);
       const WallState motion_there = wall_state(ghost.foot);
       const auto state = ghost_state(ghost.foot, ghost.stencil, image, motion_there, gas);
       if (layer == 0) {
@@ -131,7 +137,7 @@ void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
       }
       std::copy(state.begin(), state.end(),
                 values.begin() + static_cast<std::ptrdiff_t>(g * n_primitive));
-      fallbacks += ghost.stencil.own_state ? 1 : 0;
+      fallbacks += counts && ghost.stencil.own_state ? 1 : 0;
     }
   }
   n_fallbacks += fallbacks;
@@ -160,7 +166,7 @@ bool ImmersedBoundary::State::rebuild(const NodeIndex& node, const Foot& foot,
   }
   if (others < least_share) return false;
   for (double& weight : stencil.weight) weight /= others;
-  const Sample image = sample(stencil, W, gas);
+  const Sample image = sample(stencil, {W, far.get()}, gas);
   const WallState wall = wall_state(foot);
   const double reach = std::clamp(-foot.depth / h, 0.0, 1.0);
   const Vec3 u = image.u - (1.0 - reach) * dot(image.u - wall.velocity, foot.normal) * foot.normal;
@@ -177,8 +183,9 @@ void ImmersedBoundary::State::fill_fresh_nodes(FieldsView<double> W, const Topol
     for (int j = 0; j < grid.axis[1].n; ++j) {
       for (int i = 0; i < grid.axis[0].n; ++i, ++n) {
         if (tag[n] != tag_fluid || old.cut.tag[n] == tag_fluid) continue;
-        ++report.fresh_nodes;
         const NodeIndex node = {i, j, k};
+        if (far && !far->near_own(node, 0)) continue;
+        ++report.fresh_nodes;
         const Foot foot = nearest_foot(bodies, nodes().place(node), 4.0 * h_min);
         if (foot.body < 0) continue;
         const std::int32_t entry = old.band_of_node[n];
@@ -190,12 +197,33 @@ void ImmersedBoundary::State::fill_fresh_nodes(FieldsView<double> W, const Topol
   }
 }
 
+/// What the ranks send each other depends on where the bodies are, in nodes.
+void ImmersedBoundary::State::plan_exchange() {
+  std::vector<NodeBox> boxes;
+  const FluidNodes view = nodes();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Box& around = bodies[b].tree.box();
+    const NodeIndex low = view.cell(around.low), high = view.cell(around.high);
+    NodeBox box{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      box.lo[a] = low[a];
+      box.hi[a] = high[a] + 2;
+    }
+    boxes.push_back(box);
+  }
+  far->plan(boxes);
+}
+
 ImmersedBoundary::ImmersedBoundary(const Grid& grid, const Gas& gas, std::vector<Body> bodies,
                                    const ImmersedOptions& options)
     : state_(std::make_unique<State>(grid, gas, std::move(bodies), options)) {}
 ImmersedBoundary::~ImmersedBoundary() = default;
 ImmersedBoundary::ImmersedBoundary(ImmersedBoundary&&) noexcept = default;
 ImmersedBoundary& ImmersedBoundary::operator=(ImmersedBoundary&&) noexcept = default;
+
+void ImmersedBoundary::share(const Ranks& ranks, std::span<const NodeBox> blocks) {
+  if (!ranks.alone()) state_->far = std::make_unique<FarNodes>(state_->grid, ranks, blocks);
+}
 
 std::size_t ImmersedBoundary::n_bodies() const {
   return state_->bodies.size();
@@ -231,7 +259,8 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
   }
   s.bodies.update_search(stale_share * s.h_min);
   std::swap(s.last, s.topology);
-  make_topology(s.grid, s.bodies, s.options, s.last, s.topology);
+  make_topology(s.grid, s.bodies, s.options, s.far.get(), s.last, s.topology);
+  if (s.far) s.plan_exchange();
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     if (s.bodies[b].body.moves) s.thickness[b].update(s.bodies[b], s.h_min);
   }
@@ -241,7 +270,16 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
       .fluid_nodes = static_cast<std::size_t>(std::count(tag.begin(), tag.end(), tag_fluid)),
       .smallest_gap = s.topology.cut.smallest_gap,
       .open_lines = s.topology.cut.open_lines};
-  if (s.has_topology) s.fill_fresh_nodes(W, s.last);
+  if (s.has_topology) {
+    if (s.far) s.far->fetch(W);
+    s.fill_fresh_nodes(W, s.last);
+    if (s.far) {
+      double counts[2] = {static_cast<double>(s.report.fresh_nodes), static_cast<double>(s.report.rebuilt_nodes)};
+      s.far->ranks().sum_of_all(counts);
+      s.report.fresh_nodes = static_cast<std::size_t>(counts[0]);
+      s.report.rebuilt_nodes = static_cast<std::size_t>(counts[1]);
+    }
+  }
   s.has_topology = true;
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     s.bodies[b].moved_since_topology = s.bodies[b].moved_since_ghosts = false;
@@ -251,9 +289,11 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
 
 void ImmersedBoundary::compute_ghosts(FieldsView<double> W) {
   State& s = *state_;
+  if (s.far) s.far->fetch(W);
   for (int axis = 0; axis < 3; ++axis) s.fill_ghosts(axis, W);
   for (std::size_t b = 0; b < s.bodies.size(); ++b) s.bodies[b].moved_since_ghosts = false;
   for (const BandNode& b : s.topology.band) {
+    if (s.far && !s.far->near_own(b.node, 0)) continue;
     const double* value =
         &s.topology.cut.lines[b.axis].ghost[static_cast<std::size_t>(b.ghost) * n_primitive];
     double* node = &W(0, b.node[0], b.node[1], b.node[2]);
@@ -268,7 +308,9 @@ std::span<const std::uint8_t> ImmersedBoundary::tags() const {
   return state_->topology.cut.tag;
 }
 std::uint64_t ImmersedBoundary::n_fallbacks() const {
-  return state_->n_fallbacks;
+  const FarNodes* far = state_->far.get();
+  const auto mine = static_cast<double>(state_->n_fallbacks);
+  return far != nullptr ? static_cast<std::uint64_t>(far->ranks().sum_of_all(mine)) : state_->n_fallbacks;
 }
 
 double ImmersedBoundary::wall_step_limit() const {
@@ -311,7 +353,14 @@ void ImmersedBoundary::read_shear(FieldsView<const double> W, std::size_t b,
 }
 
 WallCells ImmersedBoundary::wall_cells(FieldsView<const double> W) const {
-  return integrate_wall_cells(state_->grid, state_->topology.cut, W, state_->gas);
+  const FarNodes* far = state_->far.get();
+  WallCells cells = integrate_wall_cells(state_->grid, state_->topology.cut, {W, far}, state_->gas);
+  if (far != nullptr) {
+    double sums[6] = {cells.volume, cells.mass, cells.momentum[0], cells.momentum[1], cells.momentum[2], cells.energy};
+    far->ranks().sum_of_all(sums);
+    cells = {sums[0], sums[1], {sums[2], sums[3], sums[4]}, sums[5]};
+  }
+  return cells;
 }
 
 BodyLoad ImmersedBoundary::load(FieldsView<const double> W, std::size_t b,
@@ -330,13 +379,43 @@ std::vector<std::uint8_t> ImmersedBoundary::history() const {
   return bytes;
 }
 
+std::vector<std::uint8_t> ImmersedBoundary::whole_history() const {
+  const State& s = *state_;
+  if (!s.far) return history();
+  const Ranks& ranks = s.far->ranks();
+  std::vector<std::uint8_t> bytes;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& walls = s.topology.cut.walls[axis];
+    std::vector<GhostPoint> mine;
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+      if (!s.far->near_own(end_node(s.grid, axis, walls[w]), 0)) continue;
+      const auto first = s.topology.ghosts[axis].begin() + static_cast<std::ptrdiff_t>(w * n_ghost);
+      mine.insert(mine.end(), first, first + n_ghost);
+    }
+    const auto parts = ranks.gather(std::span<const GhostPoint>(mine));
+    if (!ranks.root()) continue;
+    std::vector<std::size_t> next(parts.size(), 0);
+    std::vector<GhostPoint> all;
+    for (const WallEnd& wall : walls) {
+      const auto r = static_cast<std::size_t>(s.far->owner(end_node(s.grid, axis, wall)));
+      const auto first = parts[r].begin() + static_cast<std::ptrdiff_t>(next[r]);
+      all.insert(all.end(), first, first + n_ghost);
+      next[r] += n_ghost;
+    }
+    append_bytes(bytes, std::span<const GhostPoint>(all));
+  }
+  for (std::size_t b = 0; ranks.root() && b < s.bodies.size(); ++b)
+    append_bytes(bytes, std::span<const double>(s.bodies[b].searched));
+  return bytes;
+}
+
 void ImmersedBoundary::restore_history(std::span<const std::uint8_t> bytes) {
   State& s = *state_;
   for (auto& ghosts : s.topology.ghosts) take_bytes(bytes, std::span<GhostPoint>(ghosts));
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     take_bytes(bytes, std::span<double>(s.bodies[b].searched));
   if (!bytes.empty()) throw CaseError(history_misfit);
-  find_band(s.grid, s.nodes(), s.topology);
+  find_band(s.grid, s.nodes(), s.far.get(), s.topology);
 }
 
 std::span<const double> ImmersedBoundary::position(std::size_t b) const {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "coupler/base/ranks.hpp"
 #include "flow_solver/gas/gas.hpp"
 #include "flow_solver/grid/fields.hpp"
 #include "flow_solver/grid/grid.hpp"
@@ -103,6 +104,11 @@ class ImmersedBoundary {
   ImmersedBoundary(ImmersedBoundary&&) noexcept;
   ImmersedBoundary& operator=(ImmersedBoundary&&) noexcept;
 
+  /// Makes this one of several ranks, each of which holds a block of the nodes (`blocks`, by rank) and
+  /// all bodies, which it moves as the others do. Before the first topology. Everything that takes W is
+  /// collective then and gives every rank the same. The ranks outlive this.
+  void share(const Ranks& ranks, std::span<const NodeBox> blocks);
+
   [[nodiscard]] std::size_t n_bodies() const;
   [[nodiscard]] const Body& body(std::size_t b) const;
 
@@ -151,6 +157,8 @@ class ImmersedBoundary {
   /// What the next topology takes over from the past beside the walls' place (feet, stencils, where
   /// they were searched): with it a resumed run goes on bit for bit. Same program version only.
   [[nodiscard]] std::vector<std::uint8_t> history() const;
+  /// The same with the feet of all ranks, on the root; elsewhere nothing. Collective.
+  [[nodiscard]] std::vector<std::uint8_t> whole_history() const;
   /// Puts it back, after update_topology at the walls' place of that time. Throws CaseError when it
   /// does not fit.
   void restore_history(std::span<const std::uint8_t> bytes);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace ocublast::flow {
 namespace {
@@ -43,7 +44,7 @@ struct Reading {
 
 class Reader {
  public:
-  Reader(const FluidNodes& nodes, FieldsView<const double> W, const Gas& gas)
+  Reader(const FluidNodes& nodes, const GasNodes& W, const Gas& gas)
       : nodes_(nodes), W_(W), gas_(gas) {}
 
   [[nodiscard]] Reading at(const Wall& wall) const {
@@ -162,7 +163,7 @@ class Reader {
   }
 
   const FluidNodes& nodes_;
-  FieldsView<const double> W_;
+  const GasNodes& W_;
   const Gas& gas_;
 };
 
@@ -311,6 +312,31 @@ void read_friction(const ReadOut& read, const BodyState& s, const Wall& wall, Fa
   reading.heat = mu * cp / read.transport.prandtl * heat_slope;
 }
 
+/// Node next to the middle of a facet, which says who reads it.
+NodeIndex middle_cell(const FluidNodes& nodes, const BodyState& s, std::int32_t f) {
+  const Corners& v = s.topology.facet[f];
+  return nodes.cell_inside((1.0 / 3.0) * (s.vertex(v[0]) + s.vertex(v[1]) + s.vertex(v[2])));
+}
+
+/// Gives every rank the readings of all: each rank has read the facets in its block, and every rank
+/// knows which those are.
+void share_readings(const ReadOut& read, const BodyState& s, std::vector<FacetReading>& facets) {
+  static_assert(std::is_trivially_copyable_v<FacetReading>);
+  const FarNodes& far = *read.W.far;
+  const Ranks& ranks = far.ranks();
+  std::vector<std::vector<std::int32_t>> of_rank(static_cast<std::size_t>(ranks.size()));
+  for (std::int32_t f = 0; f < static_cast<std::int32_t>(facets.size()); ++f)
+    of_rank.at(static_cast<std::size_t>(far.owner(middle_cell(read.nodes, s, f)))).push_back(f);
+  for (int from = 0; from < ranks.size(); ++from) {
+    const auto& list = of_rank[static_cast<std::size_t>(from)];
+    if (list.empty()) continue;
+    std::vector<FacetReading> part;
+    for (const std::int32_t f : list) part.push_back(facets[static_cast<std::size_t>(f)]);
+    ranks.broadcast(std::span<FacetReading>(part), from);
+    for (std::size_t n = 0; n < list.size(); ++n) facets[static_cast<std::size_t>(list[n])] = part[n];
+  }
+}
+
 }  // namespace
 
 std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double ambient_pressure,
@@ -322,12 +348,14 @@ std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double
                         s.body.slip == WallSlip::no_slip;
   const Exposure exposure(grid, read.bodies, b);
   std::vector<FacetReading> facets(s.n_facets());
+  const FarNodes* far = read.W.far;
+  const auto is_own = [&](std::int32_t f) { return far == nullptr || far->near_own(middle_cell(read.nodes, s, f), 0); };
   const auto n = static_cast<std::int32_t>(s.n_facets());
 #pragma omp parallel for schedule(dynamic, 64) if (n > 500)
   for (std::int32_t f = 0; f < n; ++f) {
     FacetReading& reading = facets[f];
     const Vec3& normal = s.geometry.normal[f];
-    if (s.buried[f] != 0 || is_cap(grid, normal)) continue;
+    if (s.buried[f] != 0 || is_cap(grid, normal) || !is_own(f)) continue;
     exposure.find(f, reading);
     if (reading.exposed == 0.0) continue;
     Wall wall{.foot = foot_on_facet(s, f, reading.point)};
@@ -345,6 +373,7 @@ std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double
     reading.added_mass = found.added_mass;
     if (friction) read_friction(read, s, wall, reading);
   }
+  if (far != nullptr) share_readings(read, s, facets);
   return facets;
 }
 

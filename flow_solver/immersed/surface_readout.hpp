@@ -24,7 +24,7 @@ struct FacetReading {
 struct ReadOut {
   FluidNodes nodes;
   const Bodies& bodies;
-  FieldsView<const double> W;
+  GasNodes W;
   const Gas& gas;
   const WallTransport& transport;
 };

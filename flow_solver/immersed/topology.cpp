@@ -129,7 +129,7 @@ class Reuse {
   NodeIndex changed_high_{-(1 << 30), -(1 << 30), -(1 << 30)};
 };
 
-void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
+void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, const FarNodes* far, int axis,
                  const Topology& old, const Reuse& reuse, Topology& topology) {
   const auto& walls = topology.cut.walls[axis];
   auto& ghosts = topology.ghosts[axis];
@@ -138,6 +138,10 @@ void find_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes
 #pragma omp parallel for schedule(dynamic, 64) if (n > 500)
   for (std::ptrdiff_t w = 0; w < n; ++w) {
     const WallEnd& wall = walls[w];
+    if (!is_mine(grid, far, axis, wall)) {
+      std::fill_n(ghosts.begin() + w * n_ghost, n_ghost, GhostPoint{});
+      continue;
+    }
     const NodeIndex end = end_node(grid, axis, wall);
     const std::int32_t before = reuse.old_wall(axis, wall);
     for (int layer = 0; layer < n_ghost; ++layer) {
@@ -190,19 +194,27 @@ void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& node
   ghost.stencil.distance = dot(ghost.stencil.place - ghost.foot.point, ghost.foot.normal);
 }
 
+bool is_mine(const Grid& grid, const FarNodes* far, int axis, const WallEnd& wall) {
+  return far == nullptr || far->near_own(end_node(grid, axis, wall), n_ghost);
+}
+
 /// The band: every body node that is a ghost of some wall end, with the ghost whose foot is
 /// nearest.
-void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology) {
+void find_band(const Grid& grid, const FluidNodes& nodes, const FarNodes* far, Topology& topology) {
   topology.band.clear();
   topology.band_of_node.assign(topology.cut.tag.size(), -1);
   for (int axis = 0; axis < 3; ++axis) {
     const auto& walls = topology.cut.walls[axis];
     for (std::size_t w = 0; w < walls.size(); ++w) {
+      const bool mine = is_mine(grid, far, axis, walls[w]);
       for (int layer = 0; layer < n_ghost; ++layer) {
         const NodeIndex node = ghost_node(grid, axis, walls[w], layer);
         if (node[axis] < 0 || node[axis] >= grid.axis[static_cast<std::size_t>(axis)].n) break;
         const std::size_t at = nodes.offset(node);
-        if (topology.cut.tag[at] == tag_fluid) continue;
+        std::uint8_t& tag = topology.cut.tag[at];
+        if (tag == tag_fluid) continue;
+        if (tag == tag_body) tag = tag_band;
+        if (!mine) continue;
         const auto number = static_cast<std::int32_t>(w * n_ghost) + layer;
         const Foot& foot = topology.ghosts[axis][number].foot;
         const BandNode candidate{.node = node,
@@ -221,24 +233,20 @@ void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology) {
       }
     }
   }
-  for (const BandNode& b : topology.band) {
-    std::uint8_t& tag = topology.cut.tag[nodes.offset(b.node)];
-    if (tag == tag_body) tag = tag_band;
-  }
 }
 
-void make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options,
+void make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options, const FarNodes* far,
                    const Topology& old, Topology& topology) {
   cut_grid(grid, bodies, options.gap_block, options.domain_wall, topology.cut);
   const FluidNodes nodes(grid, topology.cut.tag, topology.cut.thin_cut);
   const Reuse reuse(grid, bodies, old, topology.cut);
   for (int axis = 0; axis < 3; ++axis) {
-    find_ghosts(grid, bodies, nodes, axis, old, reuse, topology);
+    find_ghosts(grid, bodies, nodes, far, axis, old, reuse, topology);
     // Taken here, not at the first stage: the flow keeps the place of the values.
     topology.cut.lines[axis].ghost.assign(topology.ghosts[axis].size() * n_primitive, 0.0);
     topology.cut.lines[axis].wall_motion.assign(topology.cut.walls[axis].size() * 6, 0.0);
   }
-  find_band(grid, nodes, topology);
+  find_band(grid, nodes, far, topology);
 }
 
 }  // namespace ocublast::flow

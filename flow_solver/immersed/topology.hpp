@@ -43,13 +43,17 @@ struct Topology {
 void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
                   const WallEnd& wall, int layer, bool nodes_changed, GhostPoint& ghost);
 
-/// The band of a topology whose feet are known.
-void find_band(const Grid& grid, const FluidNodes& nodes, Topology& topology);
+/// Whether this rank looks after a wall end: its ghosts reach into the rank's block. Without ranks: yes.
+[[nodiscard]] bool is_mine(const Grid& grid, const FarNodes* far, int axis, const WallEnd& wall);
+
+/// The band of a topology whose feet are known; with ranks of this one's wall ends.
+void find_band(const Grid& grid, const FluidNodes& nodes, const FarNodes* far, Topology& topology);
 
 /// Cuts the grid for the bodies' current place, with the gap rule of `options`. Feet of `old` are
 /// kept where neither their facet nor a body near them moved, so that static walls are searched
-/// once. Uses the memory of what `topology` held before.
-void make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options,
+/// once. Uses the memory of what `topology` held before. With ranks (`far`) every one cuts the whole
+/// grid, which is cheap and the same everywhere; feet are searched by those that need them.
+void make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options, const FarNodes* far,
                    const Topology& old, Topology& topology);
 
 }  // namespace ocublast::flow

@@ -54,6 +54,7 @@ void write_checkpoint(const Ranks& ranks, const std::filesystem::path& directory
   };
   const auto marks = gather_nodes<std::uint8_t>(ranks, flow.grid(), own,
                                                 [&](int i, int j, int k) { return flow.mark(i, j, k); });
+  const auto history = bodies != nullptr ? bodies->whole_history() : std::vector<std::uint8_t>();
   if (!ranks.root()) {
     for (const StateField& f : state_fields(flow)) static_cast<void>(gather(f));
     ranks.wait_for_all();
@@ -78,10 +79,7 @@ void write_checkpoint(const Ranks& ranks, const std::filesystem::path& directory
   file.write("state/marks", marks, shape, "steps");
   const auto box = flow.active_box();
   file.write("state/active_box", std::vector<std::int32_t>(box.begin(), box.end()), {box.size()}, "1");
-  if (bodies != nullptr) {
-    const auto history = bodies->history();
-    file.write("walls", history, {history.size()}, "bytes of this program version");
-  }
+  if (bodies != nullptr) file.write("walls", history, {history.size()}, "bytes of this program version");
   if (bodies != nullptr)
     for (std::size_t b = 0; b < bodies->n_bodies(); ++b) {
       if (!bodies->body(b).moves) continue;

@@ -136,7 +136,7 @@ struct InterfaceOutput::Frame {
   std::vector<double> times;  ///< s, up to this frame
 };
 
-void InterfaceOutput::write(const ImmersedBoundary& bodies, FieldsView<const double> W,
+void InterfaceOutput::write(const Ranks& ranks, const ImmersedBoundary& bodies, FieldsView<const double> W,
                             double ambient_pressure, double t) {
   times_.push_back(t);
   auto frame = std::make_shared<Frame>();
@@ -152,6 +152,7 @@ void InterfaceOutput::write(const ImmersedBoundary& bodies, FieldsView<const dou
     frame->bodies.push_back({bodies.body(b).name, {triangles.begin(), triangles.end()}, {x.begin(), x.end()},
                              {v.begin(), v.end()}, std::move(p)});
   }
+  if (!ranks.root()) return;
   writer_->post(bytes, [this, frame = std::move(frame)] {
     write_file(*frame);
     write_index(*frame);

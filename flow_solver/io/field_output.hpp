@@ -51,7 +51,8 @@ class InterfaceOutput {
  public:
   InterfaceOutput(std::filesystem::path directory, BackgroundWriter& writer)
       : directory_(std::move(directory)), writer_(&writer) {}
-  void write(const ImmersedBoundary& bodies, FieldsView<const double> W, double ambient_pressure,
+  /// Collective; the root writes.
+  void write(const Ranks& ranks, const ImmersedBoundary& bodies, FieldsView<const double> W, double ambient_pressure,
              double t);
   void restore(std::vector<double> times) { times_ = std::move(times); }
   [[nodiscard]] const std::vector<double>& times() const { return times_; }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 #include <thread>
 
 #include <fmt/format.h>
@@ -42,6 +43,28 @@ int default_threads(const Ranks& ranks) {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / ranks.on_this_host());
 }
 
+/// The root's meshes on every rank.
+std::vector<link::InterfaceMesh> share_meshes(const Ranks& ranks, std::vector<link::InterfaceMesh> meshes) {
+  if (ranks.alone()) return meshes;
+  const auto share = [&](auto& values) {
+    std::size_t count = values.size();
+    ranks.broadcast(std::span<std::size_t>(&count, 1));
+    values.resize(count);
+    ranks.broadcast(std::span(values));
+  };
+  std::size_t n = meshes.size();
+  ranks.broadcast(std::span<std::size_t>(&n, 1));
+  meshes.resize(n);
+  for (link::InterfaceMesh& mesh : meshes) {
+    mesh.name = ranks.broadcast(mesh.name);
+    share(mesh.vertices);
+    share(mesh.triangles);
+    ranks.broadcast(std::span<std::size_t>(&mesh.n_quads, 1));
+    ranks.broadcast(std::span<bool>(&mesh.takes_force, 1));
+  }
+  return meshes;
+}
+
 /// Whether the run reached its end.
 bool run(const Ranks& ranks, const CommandLine& line) {
   if (line.list_keys) {
@@ -55,9 +78,6 @@ bool run(const Ranks& ranks, const CommandLine& line) {
     reader.section("flow").fault("body", "a case with [coupling] needs a body with motion = \"coupled\"");
   if (!coupled && flow_case.coupled)
     reader.section("flow").fault("body", "a coupled body needs a [coupling] table");
-  if (!ranks.alone() && !flow_case.bodies.empty())
-    reader.section("flow").fault("body", fmt::format("immersed bodies run on one rank, not on {}; start the flow solver "
-                                                     "without mpirun, its threads share the work", ranks.size()));
   reader.finish();
   if (line.effective_only) {
     if (ranks.root()) std::fputs(reader.effective().c_str(), stdout);
@@ -72,10 +92,13 @@ bool run(const Ranks& ranks, const CommandLine& line) {
   omp_set_num_threads(flow_case.options.threads);
   auto log = rank_logger(ranks, line);
   if (!coupled) return FlowRun(ranks, std::move(flow_case), line, log, {}).run_alone();
-  link::Participant coupler(link::connection_from_environment(
-      link::Role::flow, fmt::format("flow_solver {}", version_text), reader.hash()));
-  coupler.guard([&] {
-    auto surfaces = coupler.receive_meshes();
+  std::optional<link::Participant> coupler;  // of the root
+  if (ranks.root()) {
+    coupler.emplace(link::connection_from_environment(link::Role::flow, fmt::format("flow_solver {}", version_text),
+                                                      reader.hash()));
+  }
+  const auto serve = [&] {
+    auto surfaces = share_meshes(ranks, coupler ? coupler->receive_meshes() : std::vector<link::InterfaceMesh>());
     bool forces_taken = true;
     for (const auto& surface : surfaces) forces_taken = forces_taken && surface.takes_force;
     for (const BodyCase& body : flow_case.bodies) {
@@ -86,12 +109,14 @@ bool run(const Ranks& ranks, const CommandLine& line) {
       surface.vertices = own.vertices;
       surface.triangles = own.triangles;
       surface.n_quads = own.n_quads;
-      coupler.send_mesh(surface);
+      if (coupler) coupler->send_mesh(surface);
       forces_taken = false;
     }
     FlowRun flow_run(ranks, std::move(flow_case), line, log, surfaces);
-    flow_run.run_coupled(coupler, forces_taken);
-  });
+    flow_run.run_coupled(coupler ? &*coupler : nullptr, forces_taken);
+  };
+  if (coupler) coupler->guard(serve);
+  else serve();
   return true;
 }
 

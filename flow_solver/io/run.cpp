@@ -130,6 +130,7 @@ FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line
     case_.immersed.transport = wall_transport(case_.options);
     bodies_ = std::make_unique<ImmersedBoundary>(flow_.grid(), case_.options.gas, std::move(surfaces),
                                                  case_.immersed);
+    bodies_->share(ranks, flow_.owned_by_rank());
     find_coupled_bodies();
   }
   place_surface_probes();
@@ -253,7 +254,7 @@ void FlowRun::read_loads() {
 void FlowRun::start_bodies(bool resumed) {
   if (!bodies_) return;
   motions_ = std::make_unique<BodyMotions>(case_, *bodies_);
-  balance_ = std::make_unique<WallBalance>(flow_, *bodies_);
+  balance_ = std::make_unique<WallBalance>(*ranks_, flow_, *bodies_);
   read_loads();
   if (resumed) {
     restore_bodies(clock_.bodies);
@@ -341,7 +342,7 @@ void FlowRun::write_outputs(bool last) {
     fields_.write(*ranks_, flow_.owned(), W, tags(), clock_.time);
   if (bodies_ && due(case_.output.interface_every, clock_.next_interface) &&
       !written(surfaces_.times()))
-    surfaces_.write(*bodies_, W, case_.common.ambient_pressure, clock_.time);
+    surfaces_.write(*ranks_, *bodies_, W, case_.common.ambient_pressure, clock_.time);
 }
 
 void FlowRun::open_globals(double resume_time) {
@@ -574,15 +575,53 @@ void FlowRun::move_coupled_bodies(const link::Order& order) {
   }
 }
 
-void FlowRun::run_coupled(link::Participant& coupler, bool forces_taken) {
+/// The coupler's next order, which the root has, on every rank.
+link::Order FlowRun::await_order(link::Participant* coupler) {
+  link::Order order;
+  if (coupler != nullptr) order = coupler->next();
+  if (ranks_->alone()) return order;
+  ranks_->await_root();
+  struct Header {
+    link::Order::Kind kind;
+    link::WallPath wall_path;
+    std::uint32_t iteration;
+    bool idle;
+    std::uint64_t window;
+    double t_begin, t_end;
+    std::size_t n_position, n_velocity;
+  };
+  Header h{order.kind, order.wall_path, order.iteration, order.idle, order.window, order.t_begin, order.t_end,
+           order.position.size(), order.velocity.size()};
+  ranks_->broadcast(std::span<Header>(&h, 1));
+  order.kind = h.kind;
+  order.wall_path = h.wall_path;
+  order.iteration = h.iteration;
+  order.idle = h.idle;
+  order.window = h.window;
+  order.t_begin = h.t_begin;
+  order.t_end = h.t_end;
+  const auto share = [&](std::span<const double>& values, std::size_t count, std::vector<double>& room) {
+    room.assign(values.begin(), values.end());
+    room.resize(count);
+    ranks_->broadcast(std::span<double>(room));
+    values = room;
+  };
+  share(order.position, h.n_position, ordered_position_);
+  share(order.velocity, h.n_velocity, ordered_velocity_);
+  if (order.kind == link::Order::Kind::checkpoint) order.checkpoint = ranks_->broadcast(order.checkpoint.string());
+  return order;
+}
+
+void FlowRun::run_coupled(link::Participant* coupler, bool forces_taken) {
   if (forces_taken) {
-    coupler.send_forces();
+    if (coupler != nullptr) coupler->send_forces();
     force_.assign(3 * overpressure_.size(), 0.0);
   }
   std::signal(SIGINT, SIG_IGN);  // Ctrl-C reaches the whole group; the coupler decides what it means
-  coupler.ready(stable_step(), static_cast<std::uint64_t>(clock_.window), clock_.time);
+  const double first_step = stable_step();
+  if (coupler != nullptr) coupler->ready(first_step, static_cast<std::uint64_t>(clock_.window), clock_.time);
   while (true) {
-    const auto order = coupler.next();
+    const auto order = await_order(coupler);
     if (output_waits_ && order.iteration <= 1) {  // the last answer counts
       output_waits_ = false;
       write_step();
@@ -590,7 +629,7 @@ void FlowRun::run_coupled(link::Participant& coupler, bool forces_taken) {
     if (order.kind == link::Order::Kind::finish) break;
     if (order.kind == link::Order::Kind::checkpoint) {
       save(order.checkpoint);
-      coupler.checkpoint_written();
+      if (coupler != nullptr) coupler->checkpoint_written();
       continue;
     }
     const double begin = wall_clock();
@@ -604,11 +643,11 @@ void FlowRun::run_coupled(link::Participant& coupler, bool forces_taken) {
     auto report = finish_window(order);
     report.steps_taken = static_cast<std::uint32_t>(clock_.step - steps_before);
     report.compute_seconds = wall_clock() - begin;
-    coupler.send(report);
+    if (coupler != nullptr) coupler->send(report);
   }
   write_outputs(true);
   write_summary();
-  coupler.goodbye();
+  if (coupler != nullptr) coupler->goodbye();
 }
 
 }  // namespace ocublast::flow

@@ -47,9 +47,9 @@ class FlowRun {
 
   /// Runs to the end of time; a signal ends it early with a checkpoint. Whether the end was reached.
   [[nodiscard]] bool run_alone();
-  /// Serves a coupler until it says finish. `forces_taken`: all solids take forces at the vertices that
-  /// they sent.
-  void run_coupled(link::Participant& coupler, bool forces_taken);
+  /// Serves a coupler until it says finish. The root's rank knows it; elsewhere null. `forces_taken`: all
+  /// solids take forces at the vertices that they sent.
+  void run_coupled(link::Participant* coupler, bool forces_taken);
 
  private:
   void step_to(double t_end);
@@ -104,6 +104,8 @@ class FlowRun {
   void find_coupled_bodies();
   std::vector<double> force_;              ///< N, [n, 3] at the same vertices, where forces are sent
   void move_coupled_bodies(const link::Order& order);
+  [[nodiscard]] link::Order await_order(link::Participant* coupler);
+  std::vector<double> ordered_position_, ordered_velocity_;  ///< of an order from another rank
   std::vector<StartQuantity> start_quantities_;
   std::shared_ptr<IncidentWaves> incident_;  ///< null: no wave from outside
   void start_gas(bool resumed);

@@ -35,7 +35,9 @@ void FlowRun::restore_sums() {
 
 void FlowRun::write_summary() {
   writer_.finish();
-  if (out_.empty() || !ranks_->root()) return;
+  if (out_.empty()) return;
+  const std::uint64_t fallbacks = bodies_ ? bodies_->n_fallbacks() : 0;
+  if (!ranks_->root()) return;
   Json quantities = Json::array();
   for (const StartQuantity& q : start_quantities_) quantities.push_back(quantity(q.name, q.value, q.unit));
   const auto add_wave = [&](const std::string& name, const ProbeResult& result) {
@@ -95,7 +97,7 @@ void FlowRun::write_summary() {
       {"flow_redone_steps", sums_.redone},
       {"flow_marked_nodes_per_step", sums_.marked / steps},
       {"flow_floored_nodes", sums_.floored},
-      {"flow_ghost_fallbacks", bodies_ ? bodies_->n_fallbacks() : 0}};
+      {"flow_ghost_fallbacks", fallbacks}};
   replace_file(out_ / "flow_summary.json",
                Json{{"quantities", quantities}, {"performance", performance}}.dump(1) + "\n");
 }

@@ -14,8 +14,8 @@ bool is_open(BoundaryKind kind) {
 
 }  // namespace
 
-WallBalance::WallBalance(const Flow& flow, const ImmersedBoundary& bodies)
-    : flow_(flow), bodies_(bodies), impulse_(bodies.n_bodies()), force_(bodies.n_bodies()) {
+WallBalance::WallBalance(const Ranks& ranks, const Flow& flow, const ImmersedBoundary& bodies)
+    : ranks_(ranks), flow_(flow), bodies_(bodies), impulse_(bodies.n_bodies()), force_(bodies.n_bodies()) {
   for (std::size_t b = 0; b < bodies.n_bodies(); ++b) {
     const auto& x = bodies.body(b).surface.vertices;
     double depth = 1.0;
@@ -43,14 +43,16 @@ double WallBalance::inflow() const {
   const Grid& grid = flow_.grid();
   const FieldsView<const double> W = flow_.primitives();
   const auto tags = bodies_.tags();
+  const NodeBox own = flow_.owned();
   double sum = 0.0;
   for (std::size_t a = 0; a < 3; ++a) {
     if (!grid.axis[a].present) continue;
     const std::size_t b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
     for (int side = 0; side < 2; ++side) {
       if (!is_open(flow_.boundaries()[2 * a + static_cast<std::size_t>(side)].kind)) continue;
-      for (int m = 0; m < grid.axis[c].n; ++m) {
-        for (int l = 0; l < grid.axis[b].n; ++l) {
+      if (side == 0 ? own.lo[a] > 0 : own.hi[a] < grid.axis[a].n) continue;  // another rank's face
+      for (int m = own.lo[c]; m < own.hi[c]; ++m) {
+        for (int l = own.lo[b]; l < own.hi[b]; ++l) {
           std::array<int, 3> at{};
           at[b] = l;
           at[c] = m;
@@ -76,7 +78,7 @@ double WallBalance::inflow() const {
       }
     }
   }
-  return sum;
+  return ranks_.sum_of_all(sum);
 }
 
 void WallBalance::measure() {

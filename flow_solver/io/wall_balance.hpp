@@ -15,7 +15,8 @@ namespace ocublast::flow {
 /// explains has leaked.
 class WallBalance {
  public:
-  WallBalance(const Flow& flow, const ImmersedBoundary& bodies);
+  /// `ranks` share the flow and outlive this; `start` and `add` are collective.
+  WallBalance(const Ranks& ranks, const Flow& flow, const ImmersedBoundary& bodies);
 
   /// State and loads at the start, and at the end of a step of dt seconds.
   void start(std::span<const BodyLoad> loads);
@@ -35,6 +36,7 @@ class WallBalance {
   [[nodiscard]] double inflow() const;
   [[nodiscard]] double volume_rate(std::span<const BodyLoad> loads) const;
 
+  const Ranks& ranks_;
   const Flow& flow_;
   const ImmersedBoundary& bodies_;
   std::vector<double> depth_;  ///< m, extent of each body in absent directions (product)

@@ -130,6 +130,7 @@ struct Context {
   /// Lines for cut segments: eliminated from a wall end or a domain ghost, and from a mirrored end,
   /// long enough for every segment.
   LineView from_ghost[3], from_mirror[3];
+  LineView from_known[3];  ///< from a border between ranks, whose rows hand on the value before the first
 
   EndRows flux_end, filter_end;
 

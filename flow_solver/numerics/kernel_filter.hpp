@@ -135,10 +135,16 @@ OCU_INLINE void filter_forward(int n, int begin, int end, const Coef& coef, doub
   }
 }
 
-/// Filters nodes 0 .. n - 1 of the pencil in place; lanes in `keep` stay as they are.
-template <int D, class Coef>
+struct NothingKnown {
+  void operator()() const {}
+};
+
+/// Filters nodes 0 .. n - 1 of the pencil in place; lanes in `keep` stay as they are. `put_known` puts
+/// fluxes that are known lane by lane into the buffer after the forward walk.
+template <int D, class Coef, class PutKnown = NothingKnown>
 OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int face_end, const Coef& coef,
-                              double* buf, double* pencil, unsigned keep, const Lanes* marked, Index group = 0) {
+                              double* buf, double* pencil, unsigned keep, const Lanes* marked, Index group = 0,
+                              const PutKnown& put_known = {}) {
   const auto at = [&](int j) { return buf + static_cast<Index>(j) * filter_record * tile_width; };
   Vec g[5];
   for (int f = 0; f < 5; ++f) g[f] = splat(0.0);
@@ -151,6 +157,7 @@ OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int f
   store_known<filter_record>(low.filter, low.filter_faces, group, 0, buf);
   store_known<filter_record>(high.filter, high.filter_faces, group, n + 1 - high.filter_faces, buf);
   if (high.filter != nullptr) start_known(high.filter, high.filter_faces, group, g);
+  put_known();
   const auto substitute = [&](int j) OCU_FORCE {
 #pragma GCC unroll 5
     for (int f = 0; f < 5; ++f) {

@@ -2,7 +2,8 @@
 
 // Lines that a body cuts: up to eight segments side by side in a transposed scratch with four ghost
 // nodes at each end (wall ghosts or domain ghosts), solved by the same kernels. Elimination
-// coefficients are common from the start of the lines to the first face near a lane's end.
+// coefficients are common from the start of the lines to the first face near a lane's end. Where a
+// segment goes on in another rank's block the fluxes of the faces at that end are known.
 
 #include "flow_solver/numerics/kernel_aligned.hpp"
 #include "flow_solver/numerics/kernel_gas.hpp"
@@ -59,12 +60,14 @@ OCU_INLINE Index offset_in(const Block& b, const int o[3]) { return o[0] + o[1] 
 
 OCU_INLINE Index stride_along(const Block& b, int axis) { return axis == 0 ? 1 : (axis == 1 ? b.sj : b.sk); }
 
-/// Kind of a lane's ends: walls, or what the domain has there.
+/// Kind of a lane's ends: walls, borders between ranks, or what the domain has there.
 OCU_INLINE LaneEnd low_end(const Context& ctx, int axis, const SegmentBatch& s, int l) {
-  return s.wall_low[l] >= 0 ? LaneEnd::wall : ctx.line[axis].low;
+  if (s.wall_low[l] >= 0) return LaneEnd::wall;
+  return ctx.line[axis].known_low.flux != nullptr ? LaneEnd::neighbour : ctx.line[axis].low;
 }
 OCU_INLINE LaneEnd high_end(const Context& ctx, int axis, const SegmentBatch& s, int l) {
-  return s.wall_high[l] >= 0 ? LaneEnd::wall : ctx.line[axis].high;
+  if (s.wall_high[l] >= 0) return LaneEnd::wall;
+  return ctx.line[axis].known_high.flux != nullptr ? LaneEnd::neighbour : ctx.line[axis].high;
 }
 OCU_INLINE bool is_held(LaneEnd e) { return e == LaneEnd::held_wall || e == LaneEnd::held_slip_wall; }
 OCU_INLINE bool is_mirror(LaneEnd e) { return e == LaneEnd::mirrored_slip || is_held(e); }
@@ -81,30 +84,40 @@ OCU_INLINE int shortest_of(const SegmentBatch& s) {
 }
 
 /// Rows of the faces [split, end] of each lane with its own end closure, eliminated onwards from the
-/// common rows; zeros beyond a lane's end.
-OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const EndRows& e, bool filter,
-                          const LaneEnd* high, const SegmentBatch& s, int split, int end, double* tail) {
+/// common rows; zeros beyond a lane's end. `known`: faces whose flux is given where another rank goes on:
+/// their rows are zero at the high end and hand on the value before them at the low one.
+OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const EndRows& e, bool filter, int known,
+                          const LaneEnd* low, const LaneEnd* high, const SegmentBatch& s, int split, int end,
+                          double* tail) {
   for (int l = 0; l < tile_width; ++l) {
     const int lane = l < s.lanes ? l : 0;
     const int n = s.length[lane];
-    const bool mirror = is_mirror(high[lane]);
-    const int last = mirror ? n : n + 3;
+    const bool mirror = is_mirror(high[lane]), goes_on = high[lane] == LaneEnd::neighbour;
+    const int last = goes_on ? n - known : (mirror ? n : n + 3);
+    const int first = low[lane] == LaneEnd::neighbour ? known : -3;
     double c_before[n_classes];
     for (int p = 0; p < n_classes; ++p) {
       c_before[p] = rows[static_cast<Index>(split - 1) * row_size + p * (weights + 3) + weights + 1];
     }
     for (int j = split; j <= end; ++j) {
       double* out = tail + static_cast<Index>(j - split) * row_size * tile_width + l;
-      if (j > last) {
+      if (j > last || j < first) {
         for (int c = 0; c < row_size; ++c) out[c * tile_width] = 0.0;
+        for (int p = 0; p < n_classes; ++p) {
+          if (j < first) out[(p * (weights + 3) + weights) * tile_width] = -1.0;
+          c_before[p] = 0.0;
+        }
         continue;
       }
-      const int to_end = mirror ? 4 : n + 4 - j;
-      const int reach = to_end < 4 ? to_end : 4;
+      const int to_end = mirror || goes_on ? 4 : n + 4 - j;
+      const int to_low = j < 0 ? j + 4 : 4;  // a short lane that starts at a wall and goes on
+      const int nearer = to_end < to_low ? to_end : to_low;
+      const int reach = nearer < 4 ? nearer : 4;
       for (int p = 0; p < n_classes; ++p) {
         double lower = e.alpha[reach], upper = e.alpha[reach];
         double pivot = 1.0;
-        if (j == last) upper = 0.0;
+        if (j == -3) lower = 0.0;
+        if (j == last && !goes_on) upper = 0.0;
         if (j == last && mirror) {
           const MirrorRow row = mirror_row(p, is_held(high[lane]), filter);
           if (row == MirrorRow::even) lower *= 2.0;
@@ -130,6 +143,10 @@ struct SegmentLanes {
   LaneEnd low[tile_width], high[tile_width];
   int origin[tile_width][3];
   int shortest, longest;
+  bool starts_known;  ///< all lanes start at a border between ranks; else none does
+  bool goes_on;       ///< all lanes end at one; else none does
+  /// First face whose row differs by lane, with `known` given faces at a border.
+  OCU_INLINE int split(int known) const { return goes_on ? shortest - known + 1 : shortest; }
 };
 
 OCU_INLINE SegmentLanes lanes_of_batch(const Context& ctx, int axis, const SegmentBatch& s) {
@@ -142,8 +159,45 @@ OCU_INLINE SegmentLanes lanes_of_batch(const Context& ctx, int axis, const Segme
     t.high[l] = high_end(ctx, axis, s, lane);
     origin_of(axis, s, lane, t.origin[l]);
   }
+  t.starts_known = t.low[0] == LaneEnd::neighbour;
+  t.goes_on = t.high[0] == LaneEnd::neighbour;
   return t;
 }
+
+/// The lines that the lanes' rows have in common at their start.
+OCU_INLINE const LineView& common_rows(const Context& ctx, int axis, const SegmentLanes& t) {
+  if (t.starts_known) return ctx.from_known[axis];
+  return is_mirror(t.low[0]) ? ctx.from_mirror[axis] : ctx.from_ghost[axis];
+}
+
+/// Known fluxes of the lanes at one end, [face, component, lane].
+struct LaneFluxes {
+  alignas(64) double at[known_filter_faces * 5 * tile_width];
+  int faces;
+  /// `known`: as in KnownEnd.
+  OCU_INLINE void take(const Context& ctx, int axis, const SegmentBatch& s, const double* known, int count) {
+    faces = count;
+    for (int l = 0; l < tile_width; ++l) {
+      const int lane = l < s.lanes ? l : 0;
+      const Index groups = axis == 0 ? ctx.mask_groups : ctx.mask_tiles;
+      const Index group = s.c[lane] * groups + s.b[lane] / tile_width;
+      const double* from = known + group * count * 5 * tile_width + s.b[lane] % tile_width;
+      for (int v = 0; v < count * 5; ++v) at[v * tile_width + l] = from[v * tile_width];
+    }
+  }
+  /// Into the faces that end the lanes.
+  template <int Record>
+  OCU_INLINE void put_high(const SegmentBatch& s, double* buf) const {
+    for (int l = 0; l < tile_width; ++l) {
+      const int first = s.length[l < s.lanes ? l : 0] + 1 - faces;
+      for (int j = 0; j < faces; ++j) {
+        for (int q = 0; q < 5; ++q) {
+          buf[(static_cast<Index>(first + j) * Record + q) * tile_width + l] = at[(j * 5 + q) * tile_width + l];
+        }
+      }
+    }
+  }
+};
 
 /// Metric of each lane by local face and node; constant beyond the line.
 OCU_INLINE void load_metric(const Context& ctx, int axis, const SegmentBatch& s, const SegmentLanes& t,
@@ -219,6 +273,7 @@ OCU_INLINE void load_lane(const Context& ctx, const SegmentBatch& s, const Segme
     int smooth = inside;
     if (at < 0 && is_mirror(kind) && -1 - at < n) smooth = -1 - at;
     if (at >= n && is_mirror(kind) && at - n < n) smooth = 2 * n - 1 - at;
+    if (kind == LaneEnd::neighbour && (at == -1 || at == n)) smooth = at;  // heat crosses the border
     out[field_bulk * tile_width] = base[smooth * sl + field_bulk * w.sf];
     out[field_kappa * tile_width] = base[smooth * sl + field_kappa * w.sf];
     if constexpr (Visc == narrow_viscosity) {
@@ -265,6 +320,15 @@ OCU_INLINE Lanes segment_lanes(const Context& ctx, const SegmentBatch& s, const 
       lanes.high_stride[l] = 1;
     }
     if (l >= s.lanes || !ctx.any_mark) continue;
+    const auto marked_beyond = [&](const KnownEnd& end, LaneEnd kind) {
+      if (kind != LaneEnd::neighbour || end.marked == nullptr) return 0u;
+      const Index groups = D == 0 ? ctx.mask_groups : ctx.mask_tiles;
+      const unsigned bits = end.marked[s.c[l] * groups + s.b[l] / tile_width];
+      return ((bits >> (s.b[l] % tile_width)) & 1u) << l;
+    };
+    lanes.low_marked |= marked_beyond(ctx.line[D].known_low, t.low[l]);
+    lanes.high_marked |= marked_beyond(ctx.line[D].known_high, t.high[l]);
+    lanes.active |= lanes.low_marked | lanes.high_marked;
     for (int i = 0; i < n; ++i) {
       if (lanes.mark[l][i * lanes.ml] != 0) lanes.active |= 1u << l;
     }
@@ -278,10 +342,12 @@ void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch
   const SegmentLanes t = lanes_of_batch(ctx, D, s);
   for (int l = 0; l < tile_width; ++l) load_lane<D, Visc>(ctx, s, t, l, mem.nodes);
   load_metric(ctx, D, s, t, mem);
-  const LineView& common = is_mirror(t.low[0]) ? ctx.from_mirror[D] : ctx.from_ghost[D];
-  const int end = t.longest + 3;
-  lane_tail(common.flux, flux_row_size, flux_weights, ctx.flux_end, false, t.high, s, t.shortest, end, mem.tail);
-  const LaneCoef coef{common.flux, mem.tail, t.shortest, mem.spacing, mem.inverse_h};
+  const LineView& common = common_rows(ctx, D, t);
+  constexpr int known = known_flux_faces(Eight);
+  const int end = t.longest + 3, split = t.split(known);
+  lane_tail(common.flux, flux_row_size, flux_weights, ctx.flux_end, false, known, t.low, t.high, s, split, end,
+            mem.tail);
+  const LaneCoef coef{common.flux, mem.tail, split, mem.spacing, mem.inverse_h};
   constexpr Index step = node_record * tile_width;
   Source src{mem.nodes, tile_width, step, mem.nodes + node_mu * tile_width, {}, step};
   for (int q = 0; q < 4; ++q) src.g[q] = mem.nodes + (node_gradient + q) * tile_width;
@@ -289,8 +355,18 @@ void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch
   const Walk walk = walk_of<Eight>(t.longest, -3, end);
   Forward<Visc, Eight> forward;
   start_forward<D>(forward, gas, src, walk.first, walk.missing_low);
+  LaneFluxes given;
+  if (t.starts_known) {
+    given.take(ctx, D, s, ctx.line[D].known_low.flux, known);
+    start_known(given.at, known, 0, forward.face);
+  }
   forward_nodes<D>(forward, gas, src, walk.first, walk.last + 1, coef, mem.buf);
   end_forward<D>(forward, walk.last, walk.missing_high, coef, mem.buf);
+  if (t.starts_known) store_known<face_record<Visc>>(given.at, known, 0, 0, mem.buf);
+  if (t.goes_on) {
+    given.take(ctx, D, s, ctx.line[D].known_high.flux, known);
+    given.put_high<face_record<Visc>>(s, mem.buf);
+  }
   const auto sink = [&](int i, const Vec div[5]) {
     for (int f = 0; f < 5; ++f) store(mem.pencil + (static_cast<Index>(i) * 5 + f) * tile_width, div[f]);
   };
@@ -299,8 +375,7 @@ void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch
     backward<D, Visc>(t.longest, end, coef, mem.buf, sink);
   } else {
     LineView open = ctx.line[D];
-  open.periodic = false;
-  open.known_low = open.known_high = {};  // a segment is solved within its own block
+    open.periodic = false;
     backward_slow<D, Visc>(ctx, open, t.longest, end, coef, mem.buf, &lanes, sink);
   }
   const Block& to = D == 0 ? ctx.X : ctx.R;
@@ -365,16 +440,26 @@ void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatc
   const SegmentLanes t = lanes_of_batch(ctx, D, s);
   for (int l = 0; l < tile_width; ++l) load_filter_lane<D>(ctx, s, t, l, mem.pencil);
   load_metric(ctx, D, s, t, mem);
-  const LineView& common = is_mirror(t.low[0]) ? ctx.from_mirror[D] : ctx.from_ghost[D];
-  const int end = t.longest + 3;
-  lane_tail(common.filter, filter_row_size, filter_weights, ctx.filter_end, true, t.high, s, t.shortest, end, mem.tail);
-  const LaneFilter coef{common.filter, mem.tail, t.shortest, mem.jacobian, mem.inverse_h, ctx.filter_strength};
+  const LineView& common = common_rows(ctx, D, t);
+  constexpr int known = known_filter_faces;
+  const int end = t.longest + 3, split = t.split(known);
+  lane_tail(common.filter, filter_row_size, filter_weights, ctx.filter_end, true, known, t.low, t.high, s, split, end,
+            mem.tail);
+  const LaneFilter coef{common.filter, mem.tail, split, mem.jacobian, mem.inverse_h, ctx.filter_strength};
   const Lanes lanes = segment_lanes<D>(ctx, s, t);
   LineView open = ctx.line[D];
   open.periodic = false;
-  open.known_low = open.known_high = {};  // a segment is solved within its own block
-  filter_pencil<D>(open, t.longest, -3, end, coef, mem.buf, mem.pencil, 0u,
-                   lanes.active != 0 ? &lanes : nullptr);
+  open.known_low = open.known_high = {};
+  LaneFluxes given_low, given_high;
+  if (t.starts_known) {
+    given_low.take(ctx, D, s, ctx.line[D].known_low.filter, known);
+    open.known_low = {.filter_faces = known, .filter = given_low.at};
+  }
+  if (t.goes_on) given_high.take(ctx, D, s, ctx.line[D].known_high.filter, known);
+  filter_pencil<D>(open, t.longest, -3, end, coef, mem.buf, mem.pencil, 0u, lanes.active != 0 ? &lanes : nullptr, 0,
+                   [&]() OCU_FORCE {
+                     if (t.goes_on) given_high.put_high<filter_record>(s, mem.buf);
+                   });
   const Index al = stride_along(ctx.A, D);
   for (int l = 0; l < s.lanes; ++l) {
     double* a = ctx.A.data + offset_in(ctx.A, t.origin[l]);

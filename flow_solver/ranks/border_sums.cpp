@@ -40,6 +40,7 @@ BorderSums::BorderSums(const RankPart& part, int axis, LineSolve solve, const Wh
       sums_.push_back({.first = mine->weights.first, .last = mine->weights.last, .faces = mine->weights.faces,
                        .near_first = mine->weights.near_first, .near_last = mine->weights.near_last,
                        .weight = mine->weights.weight.data(), .ratio = mine->weights.ratio.data(), .out = border->sum.data()});
+      border_of_sum_.push_back(q);
       for (const int to : {below, q}) {
         if (to == own) continue;
         outgoing_.push_back(std::make_unique<Outgoing>(Outgoing{mine, to == q, std::vector<double>(half)}));

@@ -20,6 +20,8 @@ class BorderSums {
   /// `groups`: line groups of eight lines along the axis.
   BorderSums(const RankPart& part, int axis, LineSolve solve, const WholeLine& line, int groups, int channel);
   [[nodiscard]] const std::vector<BorderSum>& sums() const { return sums_; }
+  /// Which border each sum is for: the number of the part above it.
+  [[nodiscard]] const std::vector<int>& borders_of_sums() const { return border_of_sum_; }
   void start();
   void poll() { exchange_->poll(); }
   /// Until the other ranks' parts are there; `finish` does it where it has not been done, and adds them.
@@ -56,6 +58,7 @@ class BorderSums {
   std::size_t groups_ = 0;
   std::vector<std::unique_ptr<Border>> borders_;
   std::vector<BorderSum> sums_;
+  std::vector<int> border_of_sum_;
   std::vector<std::unique_ptr<Outgoing>> outgoing_;
   std::unique_ptr<End> low_, high_;
   std::unique_ptr<RankExchange> exchange_;

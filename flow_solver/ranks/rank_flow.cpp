@@ -58,7 +58,9 @@ RankFlow::RankFlow(RankPart part_in, const LineScheme& scheme, int state_depth, 
                          .high = line_end(part.whole_boundaries[2 * at + 1].kind),
                          .scheme = scheme};
     flux[at] = std::make_unique<BorderSums>(part, a, LineSolve::flux, line, n_groups_[at], channel_flux + a);
+    cut_flux[at] = std::make_unique<CutBorders>(part, a, LineSolve::flux, line);
     if (with_filter) {
+      cut_filter[at] = std::make_unique<CutBorders>(part, a, LineSolve::filter, line);
       filter[at] = std::make_unique<BorderSums>(part, a, LineSolve::filter, line, n_groups_[at], channel_filter + a);
     }
     BitFace* pair[2] = {nullptr, nullptr};

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "flow_solver/ranks/border_sums.hpp"
+#include "flow_solver/ranks/cut_borders.hpp"
 #include "flow_solver/ranks/halo.hpp"
 #include "flow_solver/ranks/rank_part.hpp"
 
@@ -31,6 +32,8 @@ struct RankFlow {
   std::vector<Halo> theta, sensors, kappa;
   /// Border fluxes of divided axes.
   std::array<std::unique_ptr<BorderSums>, 3> flux, filter;
+  /// The same where bodies cut the lines near the borders.
+  std::array<std::unique_ptr<CutBorders>, 3> cut_flux, cut_filter;
 
   /// One byte per line group at both ends of every axis, [axis][0 low, 1 high]: bits of the lines.
   using EndBits = std::array<std::array<std::vector<std::uint8_t>, 2>, 3>;

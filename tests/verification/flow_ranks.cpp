@@ -22,7 +22,7 @@ namespace ocublast::test {
 namespace {
 
 const std::string program = FLOW_RANKS_RUN;
-constexpr std::size_t n_head = 5;  ///< time, redone steps, marked nodes, mass, energy
+constexpr std::size_t n_head = 14;  ///< time, redone steps, marked nodes, mass, energy; what walls feel
 // The bound. Rounding alone (1e-16 per operation, some 30 solves a step, ten steps, amplified by
 // no instability in so short a time) stays below 1e-13; 3e-15 is measured.
 constexpr double bound = 1e-12;

@@ -1,7 +1,8 @@
 // Runs one of the problems below on one rank or, under mpirun, on several, and writes the state of the
-// whole grid at its end to a file, as doubles [field, k, j, i] behind the totals.
+// whole grid at its end to a file, as doubles [field, k, j, i] behind the totals and what the walls feel.
 // Usage: flow_ranks_run PROBLEM BLOCKS_X BLOCKS_Y BLOCKS_Z STEPS FILE [save|resume FOLDER]
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -17,6 +18,7 @@
 #include "flow_solver/io/checkpoint.hpp"
 #include "flow_solver/ranks/gather.hpp"
 #include "flow_solver/step.hpp"
+#include "tests/verification/immersed_rig.hpp"
 
 namespace {
 
@@ -29,6 +31,8 @@ struct Problem {
   FlowOptions options;
   std::function<State(double, double, double)> start;
   double step_factor = 1.0;  ///< on the stable step
+  std::vector<Body> bodies;
+  std::function<double(double t)> shift;  ///< m, of moving bodies along x (and half as far along y)
 };
 
 constexpr double pi = std::numbers::pi;
@@ -91,6 +95,47 @@ Problem taylor_green(bool walls) {
   return p;
 }
 
+/// A shock on bodies that lie across the borders, in two or three directions.
+Problem shock_on(std::vector<Body> bodies, int n_x, int n_y, int n_z, double Ms = 1.6) {
+  Problem p;
+  p.grid = flow::testing::uniform_grid(n_x, n_y, n_z, static_cast<double>(n_x) / n_y);
+  p.options = flow::testing::unit_gas_options();
+  const State behind = flow::testing::behind_shock(Ms);
+  p.boundaries = flow::testing::walls_all_round();
+  p.boundaries[0] = {.kind = BoundaryKind::fixed_state, .state = behind};
+  p.boundaries[1] = {.kind = BoundaryKind::outflow, .state = {.rho = 1.0, .p = 1.0}};
+  const double h = 1.0 / n_y;
+  p.start = [=](double x, double, double) { return flow::testing::shock_state(x - 0.3, h, behind); };
+  p.bodies = std::move(bodies);
+  return p;
+}
+
+Body body_of(BodySurface surface, bool moves = false) {
+  return {.name = "body", .surface = std::move(surface), .moves = moves};
+}
+
+Problem bodies_problem(const std::string& name) {
+  using namespace flow::testing;
+  if (name == "cylinder") return shock_on({body_of(make_cylinder(0.66, 0.51, 0.17, 80))}, 64, 48, 1);
+  if (name == "sphere") return shock_on({body_of(make_sphere({0.62, 0.51, 0.49}, 0.2, 4))}, 40, 32, 32);
+  if (name == "plate") return shock_on({body_of(make_box({0.655, 0.2, -1.0}, {0.661, 0.8, 2.0}, 40))}, 64, 48, 1, 2.5);
+  if (name == "overlap") {
+    return shock_on({body_of(make_cylinder(0.62, 0.5, 0.12, 60)), body_of(make_box({0.7, 0.4, -1}, {0.9, 0.9, 2}, 20))},
+                    64, 48, 1);
+  }
+  if (name == "moving") {
+    Problem p = shock_on({body_of(make_cylinder(0.55, 0.45, 0.14, 80), true)}, 64, 48, 1);
+    p.shift = [](double t) { return 0.4 * t; };
+    return p;
+  }
+  if (name == "moving_plate") {
+    Problem p = shock_on({body_of(make_box({0.655, 0.2, -1.0}, {0.661, 0.8, 2.0}, 40), true)}, 64, 48, 1);
+    p.shift = [](double t) { return 0.3 * t; };
+    return p;
+  }
+  throw CaseError("unknown problem " + name);
+}
+
 /// A line that is too short to be divided as often as a test asks.
 Problem short_line() {
   Problem p = sod(0, true);
@@ -124,11 +169,43 @@ Problem make_problem(std::string name) {
     p = sod(2, false);
     p.start = [](double, double, double z) { return State{.rho = z > 0.9 ? 0.0 : 1.0}; };
   }
-  else throw CaseError("unknown problem " + name);
+  else p = bodies_problem(name);
   if (eighth) p.options.scheme = Scheme::compact8;
   if (paper) p.options.diffusivity_form = DiffusivityForm::paper;
   if (plain) p.options.filter = false;
   return p;
+}
+
+/// Wall paths over the next step.
+void move_bodies(const Problem& p, ImmersedBoundary& walls, double t, double dt) {
+  const double x = p.shift(t + dt), u = (p.shift(t + dt) - p.shift(t)) / dt;
+  for (std::size_t b = 0; b < p.bodies.size(); ++b) {
+    std::vector<double> position = p.bodies[b].surface.vertices, velocity(position.size(), 0.0);
+    for (std::size_t v = 0; v < position.size(); v += 3) {
+      position[v] += x;
+      position[v + 1] += 0.5 * x;
+      velocity[v] = u;
+      velocity[v + 1] = 0.5 * u;
+    }
+    walls.set_path(b, t, t + dt, position, velocity);
+  }
+}
+
+/// Force and moment on the first body, sum and maximum of the pressure at its vertices, gas beside walls.
+std::vector<double> what_walls_feel(const Flow& flow, const ImmersedBoundary* walls) {
+  std::vector<double> felt(9, 0.0);
+  if (walls == nullptr) return felt;
+  const BodyLoad load = walls->load(flow.primitives(), 0, 1.0);
+  std::copy(load.force.begin(), load.force.end(), felt.begin());
+  std::copy(load.moment.begin(), load.moment.end(), felt.begin() + 3);
+  std::vector<double> p(walls->position(0).size() / 3);
+  walls->read_overpressure(flow.primitives(), 0, 1.0, p);
+  for (const double v : p) {
+    felt[6] += v;
+    felt[7] = std::max(felt[7], v);
+  }
+  felt[8] = walls->wall_cells(flow.primitives()).mass;
+  return felt;
 }
 
 int run(const Ranks& ranks, int argc, char** argv) {
@@ -137,13 +214,30 @@ int run(const Ranks& ranks, int argc, char** argv) {
   Flow flow(p.grid, p.boundaries, p.options, &ranks);
   flow.set_state(p.start);
   double t = 0.0;
+  std::unique_ptr<ImmersedBoundary> walls;
+  if (!p.bodies.empty()) {
+    walls = std::make_unique<ImmersedBoundary>(flow.grid(), p.options.gas, p.bodies, ImmersedOptions{});
+    walls->share(ranks, flow.owned_by_rank());
+  }
   Probes probes(flow.grid(), p.options.gas, {}, 0.0);
   const std::string task = argc > 7 ? argv[7] : "";
-  if (task == "resume") t = read_checkpoint(argv[8], flow, nullptr, probes).time;
+  std::vector<std::uint8_t> history;
+  if (task == "resume") {
+    const RunClock clock = read_checkpoint(argv[8], flow, walls.get(), probes);
+    t = clock.time;
+    history = clock.walls;
+  }
+  if (walls) {
+    walls->move_to(t);
+    static_cast<void>(walls->update_topology(flow.primitives()));
+    if (!history.empty()) walls->restore_history(history);
+    flow.immerse(walls.get());
+  }
   int redone = 0;
   std::size_t marked = 0;
   for (int step = 0; step < std::atoi(argv[5]); ++step) {
     const double dt = p.step_factor * flow.stable_step();
+    if (p.shift) move_bodies(p, *walls, t, dt);
     const StepReport report = flow.advance(t, dt);
     redone += report.redone;
     marked += report.marked_nodes;
@@ -152,11 +246,13 @@ int run(const Ranks& ranks, int argc, char** argv) {
   if (task == "save") {
     RunClock clock;
     clock.time = t;
-    write_checkpoint(ranks, argv[8], flow, nullptr, probes, clock);
+    write_checkpoint(ranks, argv[8], flow, walls.get(), probes, clock);
   }
   const Totals totals = flow.totals();
   const auto W = std::as_const(flow).primitives();
   std::vector<double> out{t, static_cast<double>(redone), static_cast<double>(marked), totals.mass, totals.energy};
+  const std::vector<double> felt = what_walls_feel(flow, walls.get());
+  out.insert(out.end(), felt.begin(), felt.end());
   for (int f = 0; f < n_primitive; ++f) {
     const auto field = gather_nodes<double>(ranks, flow.grid(), flow.owned(),
                                             [&](int i, int j, int k) { return W(f, i, j, k); });
