@@ -118,7 +118,7 @@ Problem bodies_problem(const std::string& name) {
   using namespace flow::testing;
   if (name == "cylinder") return shock_on({body_of(make_cylinder(0.66, 0.51, 0.17, 80))}, 64, 48, 1);
   if (name == "sphere") return shock_on({body_of(make_sphere({0.62, 0.51, 0.49}, 0.2, 4))}, 40, 32, 32);
-  if (name == "plate") return shock_on({body_of(make_box({0.655, 0.2, -1.0}, {0.661, 0.8, 2.0}, 40))}, 64, 48, 1, 2.5);
+  if (name == "plate") return shock_on({body_of(make_box({0.655, 0.2, -1.0}, {0.661, 0.8, 2.0}, 16))}, 64, 48, 1, 2.5);
   if (name == "overlap") {
     return shock_on({body_of(make_cylinder(0.62, 0.5, 0.12, 60)), body_of(make_box({0.7, 0.4, -1}, {0.9, 0.9, 2}, 20))},
                     64, 48, 1);
@@ -129,7 +129,7 @@ Problem bodies_problem(const std::string& name) {
     return p;
   }
   if (name == "moving_plate") {
-    Problem p = shock_on({body_of(make_box({0.655, 0.2, -1.0}, {0.661, 0.8, 2.0}, 40), true)}, 64, 48, 1);
+    Problem p = shock_on({body_of(make_box({0.655, 0.2, -1.0}, {0.661, 0.8, 2.0}, 12), true)}, 64, 48, 1);
     p.shift = [](double t) { return 0.3 * t; };
     return p;
   }
