@@ -5,6 +5,8 @@
 
 #include <unsupported/Eigen/BVH>
 
+#include "coupler/base/closest_point.hpp"
+
 namespace ocublast::coupler {
 
 using Eigen::Vector3d;
@@ -18,36 +20,6 @@ using BoxTree = Eigen::KdBVH<double, 3, std::int32_t>;
 constexpr double same_side = 0.2;
 
 }  // namespace
-
-std::array<double, 3> nearest_on_triangle(const Vector3d& x, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-  const Vector3d ab = b - a, ac = c - a, ax = x - a;
-  const double d1 = ab.dot(ax), d2 = ac.dot(ax);
-  if (d1 <= 0.0 && d2 <= 0.0) return {1.0, 0.0, 0.0};
-  const Vector3d bx = x - b;
-  const double d3 = ab.dot(bx), d4 = ac.dot(bx);
-  if (d3 >= 0.0 && d4 <= d3) return {0.0, 1.0, 0.0};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
-    const double v = d1 / (d1 - d3);
-    return {1.0 - v, v, 0.0};
-  }
-  const Vector3d cx = x - c;
-  const double d5 = ab.dot(cx), d6 = ac.dot(cx);
-  if (d6 >= 0.0 && d5 <= d6) return {0.0, 0.0, 1.0};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
-    const double w = d2 / (d2 - d6);
-    return {1.0 - w, 0.0, w};
-  }
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {0.0, 1.0 - w, w};
-  }
-  const double sum = va + vb + vc;
-  const double v = vb / sum, w = vc / sum;
-  return {1.0 - v - w, v, w};
-}
 
 std::vector<Vector3d> area_vectors(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
   std::vector<Vector3d> areas(triangles.size() / 3);
@@ -91,7 +63,7 @@ struct Nearest {
     const auto i = static_cast<std::size_t>(t);
     if (!(normals[i].dot(normal) > same_side)) return std::numeric_limits<double>::infinity();
     const Vector3d *a = &corners[3 * i], *b = a + 1, *c = a + 2;
-    const auto weight = nearest_on_triangle(x, *a, *b, *c);
+    const auto weight = closest_weights(x, *a, *b, *c);
     const double square = (weight[0] * *a + weight[1] * *b + weight[2] * *c - x).squaredNorm();
     if (square < best_square) {
       best_square = square;

@@ -39,11 +39,6 @@ class SurfaceSearch {
   std::unique_ptr<Tree> tree_;
 };
 
-/// Point of the triangle a, b, c nearest to x, as weights of the corners (Ericson, Real-Time
-/// Collision Detection, 2005, section 5.1.5).
-[[nodiscard]] std::array<double, 3> nearest_on_triangle(const Eigen::Vector3d& x, const Eigen::Vector3d& a,
-                                                        const Eigen::Vector3d& b, const Eigen::Vector3d& c);
-
 /// Area times outward normal of each triangle, m^2.
 [[nodiscard]] std::vector<Eigen::Vector3d> area_vectors(std::span<const double> vertices,
                                                         std::span<const std::int32_t> triangles);

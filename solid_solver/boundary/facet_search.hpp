@@ -5,7 +5,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "solid_solver/boundary/closest_point.hpp"
+#include "coupler/base/closest_point.hpp"
+#include "solid_solver/boundary/vec3.hpp"
 #include "solid_solver/mesh/solid_mesh.hpp"
 
 namespace ocublast::solid {
