@@ -15,9 +15,12 @@ constexpr double smallest_density = 100.0;
 constexpr double largest_density = 3e4;
 
 std::size_t read_law(Section& entry, const std::vector<MaterialLaw>& laws) {
-  std::size_t law = 0;
+  std::size_t law = 0;  // where it is missing, the other keys are read as those of neo_hookean
   std::vector<std::pair<std::string_view, std::size_t>> words;
-  for (std::size_t i = 0; i < laws.size(); ++i) words.emplace_back(laws[i].name, i);
+  for (std::size_t i = 0; i < laws.size(); ++i) {
+    words.emplace_back(laws[i].name, i);
+    if (laws[i].name == "neo_hookean") law = i;
+  }
   entry.choice("law", law, std::span<const std::pair<std::string_view, std::size_t>>(words),
                {.required = true, .help = "material law"});
   return law;

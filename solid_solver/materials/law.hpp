@@ -10,8 +10,8 @@
 //   n_fields (numbers per element behind the constants, e.g. fibre directions), moduli(),
 //   volumetric_stress(c, j), isochoric_stress(c, gradient, P), volumetric_energy, isochoric_energy.
 // The stress is P = isochoric + volumetric_stress * g.cof; both are derivatives of the energies.
-// The name is added to OCU_SOLID_LAWS in CMakeLists.txt, which compiles the law for every
-// instruction set and puts it into the factory; every element works with it.
+// The header lies in laws/; the build finds it there, compiles the law for every instruction set and
+// puts it into the factory. Every element works with it, and the tests over all laws take it up.
 #define OCU_LAW_INLINE static inline __attribute__((always_inline))
 
 namespace ocublast::solid {

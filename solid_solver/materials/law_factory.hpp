@@ -23,7 +23,7 @@ struct MaterialLaw {
   [[nodiscard]] std::size_t n_values() const { return constants.size() + n_fields; }
 };
 
-/// All laws, in the order of OCU_SOLID_LAWS.
+/// All laws, in the order of their names.
 [[nodiscard]] std::vector<MaterialLaw> make_laws();
 
 /// The widest instruction set of this processor that was compiled; the environment variable
