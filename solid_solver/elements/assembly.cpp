@@ -107,23 +107,26 @@ void Assembly::build_blocks() {
 void Assembly::build_tasks() {
   for (const bool border : {true, false}) {
     const std::size_t first = chunks_.size();
-    double cost = 0.0;
     for (auto& block : blocks_) {
       const std::size_t n_border = block.n_border_chunks();
       const std::size_t last = border ? n_border : block.chunks().size();
-      for (std::size_t k = border ? 0 : n_border; k < last; ++k) {
+      for (std::size_t k = border ? 0 : n_border; k < last; ++k)
         chunks_.push_back({.block = &block, .range = &block.chunks()[k]});
-        cost += block.type().cost;
-      }
     }
+    const auto cost_of = [](const Chunk& chunk) {
+      return chunk.block->type().cost * static_cast<double>(chunk.range->end - chunk.range->begin);
+    };
+    double cost = 0.0;
+    for (std::size_t k = first; k < chunks_.size(); ++k) cost += cost_of(chunks_[k]);
     double done = 0.0;
+    double next = 0.0;  // where the next task begins
     for (std::size_t k = first; k < chunks_.size(); ++k) {
-      const double before = std::floor(done / cost * most_tasks);
-      if (k == first || before > std::floor((done - chunks_[k - 1].block->type().cost) / cost *
-                                            most_tasks))
+      if (done >= next) {
         tasks_.push_back({.begin = k, .end = k});
+        next = cost / most_tasks * (std::floor(done / cost * most_tasks) + 1.0);
+      }
       tasks_.back().end = k + 1;
-      done += chunks_[k].block->type().cost;
+      done += cost_of(chunks_[k]);
     }
     if (border) n_border_tasks_ = tasks_.size();
   }

@@ -16,7 +16,7 @@ struct Tet4Anp {
   static constexpr bool planar = false;
   static constexpr bool axisymmetric = false;
   static constexpr double step_factor = 0.8;
-  static constexpr double cost = 0.4;
+  static constexpr double cost = 0.25;
   template <int W>
   using Kernels = Tet4Kernels<W>;
   static ElementGeometry geometry() { return tet4_geometry(); }

@@ -17,8 +17,18 @@ import tempfile
 
 import reports
 
-# Counted per update: flops, bytes with nodal traffic; bounds of one core of 28.9 GB/s and 123 Gflop/s.
-ROOFLINE = {"hex8_q1p0": (2469, 870), "hex8_one_point": (740, 530), "tet4_anp": (330, 240)}
+# Counted per update: flops, numbers of reference data, nodes, passes over them; bounds of one core of
+# 28.9 GB/s and 123 Gflop/s.
+ROOFLINE = {"hex8_q1p0": (2469, 80, 8, 1), "hex8_one_point": (740, 38, 8, 1), "tet4_anp": (330, 10, 4, 2)}
+
+
+def bytes_per_update(numbers, nodes, passes, rows):
+    """Bytes that an update moves: reference data and places of nodes in each pass, constants, viscosity and
+    its memory (read and written) in the last, and for each of the chunk's rows the displacement, the force
+    (read and written) and two indices; a pass over nodal pressures adds the sums of one number."""
+    element = passes * (8 * numbers + 2 * nodes) + 8 * 2 + 8 * 2 + 2 * 8 * 2
+    row = 32 + 2 * 32 + 2 * 4 + (passes - 1) * (32 + 2 * 8 + 3 * 4)
+    return element + rows * row
 
 
 def own_records(build, quick):
@@ -106,10 +116,13 @@ def calculix_rate(cells, steps):
 
 def roofline(records):
     rows = []
-    for name, (flops, size) in ROOFLINE.items():
-        rate = next((r["value"] for r in records if r["quantity"].startswith(name) and
-                     r["quantity"].endswith("_at_full_clock")), None)
+    for name, (flops, numbers, nodes, passes) in ROOFLINE.items():
+        def find(end):
+            return next((r["value"] for r in records if r["quantity"].startswith(name) and
+                         r["quantity"].endswith(end)), None)
+        rate = find("_at_full_clock")
         if rate:
+            size = bytes_per_update(numbers, nodes, passes, find("_rows"))
             rows.append((name, flops, size, rate * flops * 1e-9, 100 * rate * flops / 123e9, rate * size * 1e-9,
                          100 * rate * size / 28.9e9))
     return "## Against the roofline, at the best clock seen\n\n" + reports.markdown_table(

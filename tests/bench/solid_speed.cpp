@@ -11,14 +11,14 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "solid_solver/elements/assembly.hpp"
-#include "tests/support/solid_materials.hpp"
-#include "tests/support/solid_meshes.hpp"
+#include "tests/support/solid_runs.hpp"
 
 namespace {
 
@@ -65,10 +65,11 @@ struct Subject {
 };
 
 Subject make_subject(const std::string& name, const std::string& element,
-                     std::shared_ptr<const SolidMesh> mesh, int threads, InstructionSet isa) {
+                     std::shared_ptr<const SolidMesh> mesh, int threads, InstructionSet isa,
+                     const Material& material = test::make_neo_hookean(1e6, 0.49, 1000.0)) {
   Subject s{.name = name, .mesh = std::move(mesh)};
   s.assembly = std::make_unique<Assembly>(
-      *s.mesh, std::vector{test::make_neo_hookean(1e6, 0.49, 1000.0)}, std::vector<std::int32_t>{0},
+      *s.mesh, std::vector{material}, std::vector<std::int32_t>{0},
       AssemblyOptions{.threads = threads, .instruction_set = isa, .element_of_tissue = {element}});
   s.d.resize(4 * s.mesh->n_nodes());
   s.f.resize(s.d.size());
@@ -94,9 +95,54 @@ void measure(Subject& s) {
   s.cycles.push_back(clock * cpu / updates);
 }
 
+/// Nodal rows that chunks copy, per element.
+double rows_per_element(Assembly& assembly) {
+  double rows = 0.0;
+  double elements = 0.0;
+  for (const auto& block : assembly.blocks()) {
+    for (const auto& chunk : block.chunks()) rows += static_cast<double>(chunk.n_rows);
+    elements += static_cast<double>(block.n_elements());
+  }
+  return rows / elements;
+}
+
+/// Bytes by a line of /proc/self/status.
+double memory_of(const std::string& key) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with(key + ":")) return 1024.0 * std::atof(line.c_str() + key.size() + 1);
+  return 0.0;
+}
+
+/// A run as a case makes it: memory per element, all of it, and the rate of whole steps.
+void measure_run(int cells) {
+  const double before = memory_of("VmRSS");
+  auto setup = test::make_setup(
+      test::make_block({.cells = {cells, cells, cells}, .size = {0.1, 0.1, 0.1}}),
+      test::make_neo_hookean(1e6, 0.49, 1000.0), "hex8_q1p0");
+  setup.assembly.viscosity = {};
+  setup.fixed.push_back(test::fixed_set(*setup.mesh, "z0", {true, true, true}));
+  setup.pressures.push_back({setup.mesh->face_sets.at("z1"), {{0.0, 5e-4, 1e-3}, {0.0, 5e4, 0.0}}});
+  const auto n = static_cast<double>(setup.mesh->n_cells());
+  SolidRun solid(std::move(setup));
+  const double dt = 0.5 * solid.stable_step();
+  constexpr int steps = 10;
+  const auto advance = [&] {
+    const double t = solid.state().time;
+    solid.advance({.t_begin = t, .t_end = t + steps * dt, .steps = steps});
+  };
+  advance();
+  const double begin = seconds(CLOCK_PROCESS_CPUTIME_ID);
+  advance();
+  const double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID) - begin;
+  record("hex8_q1p0_whole_step", steps * n / cpu, "elements/core_s", "null", "higher");
+  record("hex8_q1p0_run_memory", (memory_of("VmRSS") - before) / n, "B/element", "1200", "lower");
+  record("hex8_q1p0_peak_memory", (memory_of("VmHWM") - before) / n, "B/element", "1200", "lower");
+}
+
 }  // namespace
 
-/// solid_speed [--all] [--repeats N] [--only ELEMENT]: --all times the narrower instruction sets
+/// solid_speed [--all] [--repeats N] [--only ELEMENT] [--cells N]: --all times the narrower instruction sets
 /// too.
 int main(int argc, char** argv) {
   bool all = false;
@@ -109,6 +155,7 @@ int main(int argc, char** argv) {
     if (std::strcmp(argv[i], "--cells") == 0 && i + 1 < argc) cells = std::atoi(argv[++i]);
     if (std::strcmp(argv[i], "--repeats") == 0 && i + 1 < argc) repeats = std::atoi(argv[++i]);
   }
+  if (only.empty() || only == "hex8_q1p0") measure_run(cells);
   const test::BlockSize size{.cells = {cells, cells, cells}, .size = {0.1, 0.1, 0.1}};
   std::map<Shape, std::shared_ptr<const SolidMesh>> meshes;
   for (const auto shape : {Shape::hex8, Shape::tet4, Shape::wedge6})
@@ -131,6 +178,11 @@ int main(int argc, char** argv) {
       if (isa == best && target != targets.end()) subjects.back().target = target->second;
     }
   }
+  if (only.empty())
+    for (const auto& law : make_laws())
+      if (law.name == "liquid")
+        subjects.push_back(make_subject("hex8_q1p0_of_liquid", "hex8_q1p0", meshes[Shape::hex8], 1,
+                                        best, test::make_example(law, 1000.0)));
   if (only.empty() || only == "hex8_q1p0")
     subjects.push_back(make_subject("two_threads", "hex8_q1p0", meshes[Shape::hex8], 2, best));
   std::vector<double> speed_ups;
@@ -155,6 +207,7 @@ int main(int argc, char** argv) {
     record(s.name, median(s.rates), "elements/core_s", s.target, "higher");
     record(s.name + "_cycles", cycles, "cycles/element", "null", "lower");
     record(s.name + "_at_full_clock", best_clock / cycles, "elements/core_s", s.target, "higher");
+    record(s.name + "_rows", rows_per_element(*s.assembly), "rows/element", "null", "lower");
     record(s.name + "_memory",
            static_cast<double>(s.assembly->bytes()) / static_cast<double>(s.mesh->n_cells()),
            "B/element", s.name.starts_with("hex8") ? "1200" : "null", "lower");
