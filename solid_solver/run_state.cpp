@@ -57,8 +57,8 @@ double SolidRun::mass_per_area(double window) const {
 }
 
 EnergyTable SolidRun::compute_energies(const CellResults& cells) {
-  enum { kinetic, square, internal, hourglass, stored, viscous, relaxation, damping, external };
-  std::array<double, external + 2> part{};
+  enum { kinetic, square, internal, hourglass, stored, viscous, relaxation, damping, external, coupling };
+  std::array<double, coupling + 2> part{};
   for (std::size_t n = 0; n < mass_.size(); ++n)
     for (std::size_t i = 0; team().counts(n) && i < 3; ++i) {
       const std::size_t at = 4 * n + i;
@@ -74,7 +74,8 @@ EnergyTable SolidRun::compute_energies(const CellResults& cells) {
   part[relaxation] = sums_.relaxation;
   part[damping] = sums_.damping;
   part[external] = sums_.external;
-  part[external + 1] = sums_.initial;
+  part[coupling] = sums_.coupling;
+  part[coupling + 1] = sums_.initial;
   team().sum(part);
   EnergyTable e{.kinetic = part[kinetic],
                 .kinetic_scheme = part[kinetic] -
@@ -87,7 +88,8 @@ EnergyTable SolidRun::compute_energies(const CellResults& cells) {
                 .spring = part[stored],
                 .damping = part[damping],
                 .external = part[external],
-                .initial = part[external + 1]};
+                .coupling = part[coupling],
+                .initial = part[coupling + 1]};
   sums_.peak_energy = std::max({sums_.peak_energy, e.kinetic + e.internal + e.hourglass + e.spring,
                                 std::abs(e.external), e.initial});
   const double left = e.kinetic_scheme + e.internal + e.hourglass + e.viscous + e.relaxation +

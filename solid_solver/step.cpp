@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "coupler/base/errors.hpp"
 #include "solid_solver/integrators/stable_step.hpp"
@@ -125,16 +126,34 @@ void SolidRun::set_velocity(std::int32_t node, const std::array<double, 3>& velo
   }
 }
 
+/// Largest pressure on the interface at the window's end, Pa; forces over the area of their node.
+/// Infinite where one of them is no number: that must not pass for silence.
+double SolidRun::largest_interface_load(const Window& window) const {
+  double largest = 0.0;
+  const auto note = [&](double p) {
+    largest = std::isnan(p) ? std::numeric_limits<double>::infinity() : std::max(largest, p);
+  };
+  for (const double p : window.overpressure) note(std::abs(p));
+  if (window.force.empty()) return largest;
+  const auto areas = loads_.back().surface.nodal_areas();
+  for (std::size_t v = 0; v < areas.size(); ++v)
+    note(std::hypot(window.force[3 * v], window.force[3 * v + 1], window.force[3 * v + 2]) /
+         areas[v]);
+  return largest;
+}
+
+bool SolidRun::quiet(const Load& load, const Window& window) const {
+  if (load.by_facet) return load.by_facet->quiet(window.t_begin, window.t_end);
+  return load.schedule.zero_in(window.t_begin, window.t_end);
+}
+
 bool SolidRun::disturbed(const Window& window) const {
   if (!setup_.control.sleep) return true;
-  for (const auto& given : {window.overpressure, window.force})
-    for (const double p : given)
-      if (p != 0.0) return true;
-  const auto quiet = [&](const Schedule& s) { return s.zero_in(window.t_begin, window.t_end); };
+  if (largest_interface_load(window) > setup_.control.quiet_overpressure) return true;
   for (const auto& load : loads_)
-    if (!load.coupled && !quiet(load.schedule)) return true;
+    if (!load.coupled && !quiet(load, window)) return true;
   for (const auto& p : setup_.prescribed)
-    if (!quiet(p.schedule)) return true;
+    if (!p.schedule.zero_in(window.t_begin, window.t_end)) return true;
   return std::any_of(forces_.begin(), forces_.end(), [&](const auto& force) {
     return !force->quiet(window.t_begin, window.t_end);
   });
@@ -152,6 +171,9 @@ WindowResult SolidRun::advance(const Window& window) {
   if (!team().any(awake_ || disturbed(window))) {
     state_.time = window.t_end;
     sums_.steps_slept += choose_steps(window);
+    const double ignored = largest_interface_load(window);
+    sums_.ignored_pressure = std::max(sums_.ignored_pressure, ignored);
+    sums_.ignored_impulse += ignored * (window.t_end - window.t_begin);
     result.idle = true;
     return result;
   }
@@ -209,6 +231,9 @@ void SolidRun::begin_window(const Window& window) {
     if (load.coupled && !window.force.empty()) {
       load.force_begin = load.forces;
       set_forces(load, window, window.t_begin);
+      if (load.forces == old_forces) continue;
+    } else if (load.by_facet) {
+      load.by_facet->compute_forces(state_.displacement, window.t_begin, load.forces);
       if (load.forces == old_forces) continue;
     } else {
       const auto before = load.pressure;
@@ -309,6 +334,8 @@ void SolidRun::apply_loads(const Window& window, const StepTimes& times, WindowR
     const auto old = load.forces;
     if (load.coupled && !window.force.empty()) {
       set_forces(load, window, times.t_new);
+    } else if (load.by_facet) {
+      load.by_facet->compute_forces(state_.displacement, times.t_new, load.forces);
     } else {
       set_pressure(load, window, times.t_new);
       const bool loaded = std::any_of(load.pressure.begin(), load.pressure.end(),
@@ -328,7 +355,9 @@ void SolidRun::apply_loads(const Window& window, const StepTimes& times, WindowR
         if (load.coupled) result.interface_impulse[i] += mean * times.dt;
       }
     sums_.external += work;
-    if (load.coupled) result.interface_work += work;
+    if (!load.coupled) continue;
+    result.interface_work += work;
+    sums_.coupling += work;
   }
 }
 

@@ -16,7 +16,7 @@
 
 #include "solid_solver/boundary/constraint.hpp"
 #include "solid_solver/boundary/contact.hpp"
-#include "solid_solver/boundary/follower_pressure.hpp"
+#include "solid_solver/boundary/facet_pressure.hpp"
 #include "solid_solver/boundary/loads.hpp"
 #include "solid_solver/boundary/supports.hpp"
 #include "solid_solver/elements/assembly.hpp"
@@ -34,13 +34,18 @@ struct StepControl {
   double shrink_limit = 0.05;  ///< relative change of the elements' step that renews the estimate
   int renew_every = 1000;      ///< steps after which it is renewed anyway: laws may stiffen
   bool sleep = true;           ///< skip windows in which nothing can move
+  /// Interface loads up to this do not wake a body at rest, Pa: they are left out, as if zero, until
+  /// something else wakes it. 0: exact. What that costs is counted (RunningSums::ignored_impulse).
+  double quiet_overpressure = 0.0;
   double energy_error_limit = 0.05;  ///< of the peak energy; beyond it the run stops
 };
 
-/// A uniform pressure on a surface by schedule.
+/// A pressure on a surface by schedule, uniform or one for each facet.
 struct PressureLoad {
   std::vector<Facet> facets;
-  Schedule pressure;  ///< Pa over ambient
+  Schedule pressure;               ///< Pa over ambient
+  bool by_facet = false;           ///< then, instead:
+  std::vector<Schedule> of_facet;  ///< [facets] Pa over ambient
 };
 
 /// Nodes of one surface tied to the facets of another.
@@ -110,6 +115,7 @@ struct EnergyTable {
   double spring = 0.0;      ///< stored in springs to ground
   double damping = 0.0;     ///< dissipated by dashpots
   double external = 0.0;    ///< work of all loads and prescribed motions
+  double coupling = 0.0;    ///< the part of it by the interface load
   double initial = 0.0;     ///< kinetic energy given at the start
   double error = 0.0;       ///< (sum of what is there - external - initial) / peak
 };
@@ -127,6 +133,11 @@ struct RunningSums {
   double peak_energy = 0.0;   ///< J
   double steps = 0.0;
   double steps_slept = 0.0;  ///< steps not taken while asleep
+  double coupling = 0.0;     ///< J, part of external
+  double ignored_pressure = 0.0;  ///< Pa, largest interface load left out while asleep
+  /// Pa s: largest load times duration of those windows. The speed they would have given is below
+  /// this over the least mass per area.
+  double ignored_impulse = 0.0;
 };
 
 class SolidRun {
@@ -204,6 +215,7 @@ class SolidRun {
   struct Load {
     FollowerPressure surface;
     Schedule schedule;
+    std::unique_ptr<FacetPressure> by_facet;  ///< instead of the schedule
     bool coupled = false;
     std::vector<double> pressure;  ///< [nodes] now, Pa
     std::vector<double> forces;    ///< [nodes, 3] now, N
@@ -227,6 +239,8 @@ class SolidRun {
   void renew_stable_step();
   void look_at_configuration();
   [[nodiscard]] bool disturbed(const Window& window) const;
+  [[nodiscard]] double largest_interface_load(const Window& window) const;
+  [[nodiscard]] bool quiet(const Load& load, const Window& window) const;
   void begin_window(const Window& window);
   [[nodiscard]] std::uint32_t choose_steps(const Window& window) const;
   void set_pressure(Load& load, const Window& window, double t);

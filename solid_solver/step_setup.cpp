@@ -75,7 +75,12 @@ void SolidRun::build_loads() {
     load.last_end.assign(n, 0.0);
     loads_.push_back(std::move(load));
   };
-  for (const auto& p : setup_.pressures) add_load(p.facets, p.pressure, false);
+  for (const auto& p : setup_.pressures) {
+    add_load(p.facets, p.pressure, false);
+    if (p.by_facet)
+      loads_.back().by_facet = std::make_unique<FacetPressure>(mesh(), p.facets, edges, p.of_facet,
+                                                               loads_.back().surface.nodes());
+  }
   coupled_ = team().any(!setup_.interface.empty());
   if (coupled_) add_load(setup_.interface, {}, true);
 }

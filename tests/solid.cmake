@@ -11,6 +11,10 @@ foreach(part dynamics waves columns statics vibrations stability contact)
   ocublast_test(NAME test_solid_${part} LABEL verification SOURCES verification/solid_${part}.cpp
                 LIBRARIES ocublast_solid TIMEOUT 120)
 endforeach()
+ocublast_test(NAME test_solid_output LABEL verification SOURCES verification/solid_output.cpp
+              LIBRARIES ocublast_solid)
+target_compile_definitions(test_solid_output PRIVATE SOLID_SOLVER="$<TARGET_FILE:solid_solver>")
+add_dependencies(test_solid_output solid_solver)
 foreach(part columns statics beam stability hertz)
   ocublast_test(NAME test_solid_${part}_long LABEL verification
                 SOURCES verification/solid_${part}_long.cpp LIBRARIES ocublast_solid TIMEOUT 900

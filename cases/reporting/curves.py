@@ -10,15 +10,18 @@ import numpy as np
 FILES = ("probes.csv", "globals.csv", "solid_probes.csv", "solid_globals.csv")
 US = 1e6
 # Columns end in their unit: the longest suffix that fits is the unit.
-UNITS = ("kg_m3", "kg_m_s", "N_m_s", "N_s", "Pa_s", "m_s2", "m_s", "m2", "m3", "Pa", "K", "m", "J", "N", "kg",
+UNITS = ("J_m3", "kg_m3", "kg_m_s", "N_m_s", "N_s", "Pa_s", "m_s2", "m_s", "m2", "m3", "Pa", "K", "m", "J", "N", "kg",
          "s", "1")
 
 # Longest first: "pressure" ends "overpressure" and "pressure_mean" does not end in it.
-QUANTITIES = ("principal_stress_max", "principal_strain_max", "principal_stress", "principal_strain",
-              "von_mises_mean", "von_mises_max", "von_mises", "pressure_mean", "pressure_min",
+QUANTITIES = (*(f"{cell}_{statistic}" for cell in
+                ("principal_stress", "principal_strain", "deviatoric_norm", "volume_ratio", "energy_density")
+                for statistic in ("max", "mean", "min")),
+              "principal_stress", "principal_strain", "deviatoric_norm", "volume_ratio", "energy_density",
+              "von_mises_mean", "von_mises_max", "von_mises_min", "von_mises", "pressure_mean", "pressure_min",
               "pressure_max", "overpressure", "pressure", "density", "displacement_x",
               "displacement_y", "displacement_z", "displacement", "velocity_x", "velocity_y",
-              "velocity_z", "u", "v", "w")
+              "velocity_z", "acceleration_x", "acceleration_y", "acceleration_z", "u", "v", "w")
 MOST_PANELS = 20
 
 

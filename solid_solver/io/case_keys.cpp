@@ -22,7 +22,8 @@ const std::vector<std::string> default_fields{"displacement",    "velocity", "pr
 
 std::vector<std::string> all_fields() {
   auto fields = default_fields;
-  for (const char* more : {"acceleration", "deviatoric_norm", "volume_ratio", "energy_density"})
+  for (const char* more : {"acceleration", "deviatoric_norm", "volume_ratio", "energy_density",
+                           "principal_stresses", "principal_strains"})
     fields.emplace_back(more);
   return fields;
 }
@@ -90,8 +91,9 @@ void read_output(Section section, const CaseCommon& common, OutputKeys& output) 
                 .help = "width of the running mean of pressures"});
   section.real("checkpoint_every_s", output.checkpoint_every,
                {.unit = "s", .min = 0.0, .help = "between checkpoints of a run alone; 0: none"});
-  section.texts("fields", output.fields, {.help = "fields written"});
   const auto known = all_fields();
+  section.texts("fields", output.fields,
+                {.help = fmt::format("fields written, of {}", fmt::join(known, ", "))});
   for (const auto& field : output.fields)
     if (std::find(known.begin(), known.end(), field) == known.end())
       section.fault("fields",
@@ -187,6 +189,10 @@ void read_interface(Section& solid, const SetNames& names, SolidCase& result) {
   result.interface = result.coupled ? "wet" : "";
   section.text("faces", result.interface,
                {.help = "face set, closed; default wet in a coupled case"});
+  section.real("quiet_overpressure_Pa", result.setup.control.quiet_overpressure,
+               {.unit = "Pa",
+                .min = 0.0,
+                .help = "loads up to this leave a body at rest asleep; 0: exact"});
   if (section.listing() || result.interface.empty() || names.mesh().n_cells() == 0) return;
   result.setup.interface = names.facets(section, "faces", result.interface);
   if (result.setup.interface.empty()) return;
@@ -201,10 +207,10 @@ std::shared_ptr<const SolidMesh> read_checked_mesh(Section& solid) {
   if (solid.listing() || file.empty() || !std::filesystem::is_regular_file(file)) return mesh;
   try {
     *mesh = read_mesh(file);
-    const auto faults = check_mesh(*mesh);
-    for (const auto& fault : faults)
+    for (const auto& fault : check_mesh(*mesh))
       solid.fault("mesh", fmt::format("{}: {}", file.string(), fault));
-    if (!faults.empty()) *mesh = {};
+    // Cells of bad shape do not keep the rest of the case from being checked against the mesh.
+    if (!numbers_in_range(*mesh)) *mesh = {};
   } catch (const CaseError& error) {
     solid.fault("mesh", error.what());
     *mesh = {};

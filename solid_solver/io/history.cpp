@@ -21,6 +21,7 @@ enum Global {
   spring,
   damping,
   external,
+  coupling,
   initial,
   error,
   momentum_x,
@@ -47,6 +48,7 @@ const std::vector<std::string> global_columns{"time_s",
                                               "spring_J",
                                               "damping_J",
                                               "external_work_J",
+                                              "coupling_work_J",
                                               "initial_J",
                                               "energy_error_1",
                                               "momentum_x_N_s",
@@ -62,19 +64,60 @@ const std::vector<std::string> global_columns{"time_s",
                                               "speed_largest_m_s",
                                               "stable_step_s"};
 
-const std::vector<std::string> tissue_columns{
-    "pressure_min_Pa",  "pressure_mean_Pa",        "pressure_max_Pa",       "von_mises_mean_Pa",
-    "von_mises_max_Pa", "principal_stress_max_Pa", "principal_strain_max_1"};
-const std::vector<std::string> place_columns{"pressure_Pa", "von_mises_Pa", "principal_stress_Pa",
-                                             "principal_strain_1"};
-const std::vector<std::string> node_columns{
-    "displacement_x_m", "displacement_y_m", "displacement_z_m", "velocity_x_m_s",
-    "velocity_y_m_s",   "velocity_z_m_s",   "displacement_m"};
+/// Numbers of a cell that tables hold: of a tissue the least, the volume mean and the largest.
+enum CellColumn {
+  pressure,
+  von_mises,
+  principal_stress,
+  principal_strain,
+  deviatoric_norm,
+  volume_ratio,
+  energy_density,
+  n_cell_columns
+};
+struct ColumnName {
+  const char* quantity;
+  const char* unit;
+};
+constexpr ColumnName cell_columns[n_cell_columns] = {
+    {"pressure", "Pa"},        {"von_mises", "Pa"},   {"principal_stress", "Pa"},
+    {"principal_strain", "1"}, {"deviatoric_norm", "Pa"}, {"volume_ratio", "1"},
+    {"energy_density", "J_m3"}};
+enum Statistic { least, mean_value, most, n_statistics };
+constexpr const char* statistics[n_statistics] = {"min", "mean", "max"};
+/// Place of a statistic among the columns of a tissue.
+constexpr std::size_t tissue_column(CellColumn quantity, Statistic statistic) {
+  return n_statistics * static_cast<std::size_t>(quantity) + static_cast<std::size_t>(statistic);
+}
 
-const std::vector<std::string>& columns_of(const HistoryKeys& keys) {
-  return !keys.tissue.empty()     ? tissue_columns
-         : !keys.position.empty() ? place_columns
-                                  : node_columns;
+const std::vector<std::string> node_columns{
+    "displacement_x_m",   "displacement_y_m",    "displacement_z_m",   "velocity_x_m_s",
+    "velocity_y_m_s",     "velocity_z_m_s",      "displacement_m",     "acceleration_x_m_s2",
+    "acceleration_y_m_s2", "acceleration_z_m_s2"};
+
+std::array<double, n_cell_columns> cell_values(const double* cell, double volume) {
+  const auto s = cell_scalars(cell);
+  return {s.pressure,
+          s.von_mises,
+          s.principal_stress,
+          s.principal_strain,
+          s.deviatoric_norm,
+          1.0 + cell[dilatation_mean],
+          cell[strain_energy] / volume};
+}
+
+std::vector<std::string> columns_of(const HistoryKeys& keys) {
+  std::vector<std::string> columns;
+  if (!keys.tissue.empty()) {
+    for (const auto& c : cell_columns)
+      for (const char* statistic : statistics)
+        columns.push_back(fmt::format("{}_{}_{}", c.quantity, statistic, c.unit));
+  } else if (!keys.position.empty()) {
+    for (const auto& c : cell_columns) columns.push_back(fmt::format("{}_{}", c.quantity, c.unit));
+  } else {
+    columns = node_columns;
+  }
+  return columns;
 }
 
 /// The cell nearest to a place, alone in a list on the rank that has it; elsewhere none.
@@ -161,6 +204,7 @@ void History::sample(SolidRun& run, const CellResults& cells) {
                 e.spring,
                 e.damping,
                 e.external,
+                e.coupling,
                 e.initial,
                 e.error,
                 p[0],
@@ -186,42 +230,42 @@ void History::sample(SolidRun& run, const CellResults& cells) {
 
 void History::sample_cells(const Item& item, const Team& team, const CellResults& cells,
                            std::vector<double>& row) const {
-  enum { least_pressure, pressure, von_mises, principal_stress, principal_strain };
-  std::array<double, principal_strain + 1> most{};  // of the least pressure its negative
-  most.fill(-1e300);
-  std::array<double, 3> sum{};  // pressure, von Mises, volume
+  std::array<double, 2 * n_cell_columns> extremes{};  // the largest, then the negative least
+  extremes.fill(-1e300);
+  std::array<double, n_cell_columns + 1> sum{};  // volume integrals, volume
   for (std::size_t k = 0; k < item.cells.size(); ++k) {
-    const auto s = cell_scalars(&cells[item.cells[k] * n_evaluated]);
-    most[least_pressure] = std::max(most[least_pressure], -s.pressure);
-    most[pressure] = std::max(most[pressure], s.pressure);
-    most[von_mises] = std::max(most[von_mises], s.von_mises);
-    most[principal_stress] = std::max(most[principal_stress], s.principal_stress);
-    most[principal_strain] = std::max(most[principal_strain], s.principal_strain);
-    sum[0] += item.volumes[k] * s.pressure;
-    sum[1] += item.volumes[k] * s.von_mises;
-    sum[2] += item.volumes[k];
+    const auto values = cell_values(&cells[item.cells[k] * n_evaluated], item.volumes[k]);
+    for (std::size_t c = 0; c < n_cell_columns; ++c) {
+      extremes[c] = std::max(extremes[c], values[c]);
+      extremes[n_cell_columns + c] = std::max(extremes[n_cell_columns + c], -values[c]);
+      sum[c] += item.volumes[k] * values[c];
+    }
+    sum[n_cell_columns] += item.volumes[k];
   }
-  team.most(most);
+  team.most(extremes);
   team.sum(sum);
-  if (item.keys.tissue.empty())
-    row.insert(row.end(),
-               {most[pressure], most[von_mises], most[principal_stress], most[principal_strain]});
-  else
-    row.insert(row.end(), {-most[least_pressure], sum[0] / sum[2], most[pressure], sum[1] / sum[2],
-                           most[von_mises], most[principal_stress], most[principal_strain]});
+  for (std::size_t c = 0; c < n_cell_columns; ++c) {
+    if (!item.keys.tissue.empty()) {
+      row.push_back(-extremes[n_cell_columns + c]);
+      row.push_back(sum[c] / sum[n_cell_columns]);
+    }
+    row.push_back(extremes[c]);
+  }
 }
 
 void History::sample_nodes(const Item& item, const SolidRun& run, std::vector<double>& row) const {
-  std::array<double, 6> mean{};
+  std::array<double, 9> mean{};
   for (const auto n : item.nodes)
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t at = 4 * static_cast<std::size_t>(n) + i;
       mean[i] += run.state().displacement[at] / item.n_nodes;
       mean[3 + i] += run.state().velocity[at] / item.n_nodes;
+      mean[6 + i] += run.state().acceleration[at] / item.n_nodes;
     }
   run.team().sum(mean);
-  row.insert(row.end(), mean.begin(), mean.end());
+  row.insert(row.end(), mean.begin(), mean.begin() + 6);
   row.push_back(std::hypot(mean[0], mean[1], mean[2]));
+  row.insert(row.end(), mean.begin() + 6, mean.end());
 }
 
 void History::write(const std::filesystem::path& out) {
@@ -234,18 +278,22 @@ void History::add_quantities(const Item& item, std::vector<Quantity>& list) cons
   const auto c = item.column;
   const auto mean_name = fmt::format("{:g}us", 1e6 * running_mean_);
   if (!item.keys.tissue.empty()) {
-    list.push_back({name + "_pressure_mean_peak", probes_.largest(c + 1), "Pa"});
+    const auto pressure_mean = c + tissue_column(pressure, mean_value);
+    list.push_back({name + "_pressure_mean_peak", probes_.largest(pressure_mean), "Pa"});
     list.push_back({name + "_pressure_mean_peak_" + mean_name,
-                    probes_.largest_running_mean(c + 1, running_mean_), "Pa"});
-    list.push_back({name + "_pressure_max_peak", probes_.largest(c + 2), "Pa"});
-    list.push_back({name + "_von_mises_peak", probes_.largest(c + 4), "Pa"});
-    list.push_back({name + "_principal_stress_peak", probes_.largest(c + 5), "Pa"});
-    list.push_back({name + "_principal_strain_peak", probes_.largest(c + 6), "1"});
+                    probes_.largest_running_mean(pressure_mean, running_mean_), "Pa"});
+    const auto add = [&](const char* quantity, CellColumn column, const char* unit) {
+      list.push_back({name + quantity, probes_.largest(c + tissue_column(column, most)), unit});
+    };
+    add("_pressure_max_peak", pressure, "Pa");
+    add("_von_mises_peak", von_mises, "Pa");
+    add("_principal_stress_peak", principal_stress, "Pa");
+    add("_principal_strain_peak", principal_strain, "1");
   } else if (!item.keys.position.empty()) {
-    list.push_back({name + "_pressure_peak", probes_.largest(c), "Pa"});
+    list.push_back({name + "_pressure_peak", probes_.largest(c + pressure), "Pa"});
     list.push_back({name + "_pressure_peak_" + mean_name,
-                    probes_.largest_running_mean(c, running_mean_), "Pa"});
-    list.push_back({name + "_von_mises_peak", probes_.largest(c + 1), "Pa"});
+                    probes_.largest_running_mean(c + pressure, running_mean_), "Pa"});
+    list.push_back({name + "_von_mises_peak", probes_.largest(c + von_mises), "Pa"});
   } else {
     list.push_back({name + "_displacement_peak", probes_.largest(c + 6), "m"});
     for (std::size_t i = 0; i < 3; ++i)

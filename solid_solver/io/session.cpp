@@ -136,6 +136,12 @@ void Session::write_summary() {
   const auto& team = run_.team();
   const double bytes = team.sum(static_cast<double>(run_.assembly().bytes()));
   const auto bound = bounded_by();
+  std::array<double, 2> ignored{run_.sums().ignored_pressure, run_.sums().ignored_impulse};
+  team.most(ignored);
+  quantities.push_back(
+      {{"name", "solid_ignored_overpressure"}, {"value", ignored[0]}, {"unit", "Pa"}});
+  quantities.push_back(
+      {{"name", "solid_ignored_impulse"}, {"value", ignored[1]}, {"unit", "Pa s"}});
   if (!root()) return;
   const auto n_cells = static_cast<double>(whole_.mesh().n_cells());
   const double updates = run_.sums().steps * n_cells;

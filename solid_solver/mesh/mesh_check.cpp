@@ -112,8 +112,8 @@ void check_nodes(const SolidMesh& mesh, std::size_t limit, std::vector<std::stri
   unused.report(faults);
   std::vector<std::size_t> order(mesh.n_nodes());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return at(a) < at(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return at(a) < at(b); });
   Kind twice("pairs of nodes at one place (merge them: they are not connected)", limit);
   for (std::size_t i = 1; i < order.size(); ++i)
     if (at(order[i]) == at(order[i - 1]))
@@ -122,6 +122,10 @@ void check_nodes(const SolidMesh& mesh, std::size_t limit, std::vector<std::stri
 }
 
 }  // namespace
+
+bool numbers_in_range(const SolidMesh& mesh) {
+  return mesh.n_nodes() > 0 && mesh.n_cells() > 0 && check_ranges(mesh, 1).empty();
+}
 
 std::vector<std::string> check_mesh(const SolidMesh& mesh, std::size_t limit) {
   if (mesh.n_nodes() == 0 || mesh.n_cells() == 0)

@@ -96,15 +96,19 @@ class Share {
     if (along_too != nullptr) along_too->resize(kept);
   }
 
-  void cut(std::vector<Facet>& facets) const {
+  /// Cuts a list of facets down; where `along` is given, a list per facet with it.
+  void cut(std::vector<Facet>& facets, std::vector<Schedule>* along = nullptr) const {
     std::vector<Facet> kept;
-    for (auto facet : facets) {
+    for (std::size_t k = 0; k < facets.size(); ++k) {
+      auto facet = facets[k];
       if (rank_of_cell_[cell_behind(facet)] != part_.ranks->rank()) continue;
+      if (along != nullptr) std::swap((*along)[kept.size()], (*along)[k]);
       for (auto& n : facet)
         if (n >= 0) n = numbers_.of(n);
       kept.push_back(facet);
     }
     facets = std::move(kept);
+    if (along != nullptr) along->resize(facets.size());
   }
 
  private:
@@ -133,7 +137,7 @@ void cut_lists(SolidSetup& setup, const Share& share) {
   for (auto& f : setup.fixed) share.cut(f.nodes);
   for (auto& p : setup.prescribed) share.cut(p.nodes);
   for (auto& s : setup.springs) share.cut(s.nodes, &s.stiffness, &s.damping);
-  for (auto& p : setup.pressures) share.cut(p.facets);
+  for (auto& p : setup.pressures) share.cut(p.facets, p.by_facet ? &p.of_facet : nullptr);
   for (auto& l : setup.node_loads) share.cut(l.nodes, &l.share);
   for (auto& w : setup.walls) share.cut(w.nodes);
   for (auto& c : setup.contacts) {

@@ -52,6 +52,63 @@ TEST(SolidBadInput, AllFaultsComeInOneMessage) {
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
 }
 
+TEST(SolidBadInput, MeshMaterialsSetsAndHoldsAreToldTogether) {
+  // Every kind of fault at once: an inverted cell and one without volume, a loose node, a double
+  // node, an unknown parameter, a bulk modulus below the shear modulus, a density in g/cm^3, a
+  // missing set, a node moved twice.
+  auto mesh = block();
+  auto& hexes = mesh.of(Shape::hex8).nodes;
+  std::swap(hexes[8 * 3 + 0], hexes[8 * 3 + 6]);
+  for (std::size_t a = 4; a < 8; ++a) hexes[8 * 7 + a] = hexes[8 * 7 + a - 4];
+  mesh.nodes.insert(mesh.nodes.end(), {0.5, 0.25, 0.125, 0.05, 0.05, 0.05});
+  const std::string moved =
+      "[[solid.prescribed]]\nnodes = \"z0\"\ndirection = \"z\"\ntimes_s = [0.0]\n"
+      "displacements_m = [0.0]\n";
+  Folder folder;
+  const auto outcome =
+      check(folder,
+            "[[solid.material]]\nname = \"a\"\ntissues = [\"block\"]\nlaw = \"neo_hookean\"\n"
+            "density_kg_m3 = 1.0\nshear_modulus_Pa = 1e7\nbulk_modulus_Pa = 1e5\n"
+            "shear_modulus_kPa = 1.0\n[[solid.fixed]]\nnodes = \"bottom\"\n" +
+                moved + moved,
+            mesh);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "2 inverted or zero-volume cells");
+  EXPECT_SAYS(outcome, "hex8 3 in block at (0.075, 0.075, 0.025) m");
+  EXPECT_SAYS(outcome, "hex8 7 in block");
+  EXPECT_SAYS(outcome, "node 27 at (0.5, 0.25, 0.125) m");
+  EXPECT_SAYS(outcome, "nodes 13 and 28 at (0.05, 0.05, 0.05) m");
+  EXPECT_SAYS(outcome, "shear_modulus_kPa");
+  EXPECT_SAYS(outcome, "is below the shear modulus");
+  EXPECT_SAYS(outcome, "is no density of a tissue");
+  EXPECT_SAYS(outcome, "no node set 'bottom'; it has x0");
+  EXPECT_SAYS(outcome, "9 nodes are moved by two entries: node 0 in z");
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
+}
+
+TEST(SolidBadInput, FacetTableIsToldByLine) {
+  Folder folder;
+  const std::string load =
+      "[[solid.pressure]]\nfaces = \"z1\"\ntable = \"table.csv\"\n";
+  const auto outcome_of = [&](const std::string& table) {
+    write_text(folder.path() / "table.csv", "time_s,a,b,c,d\n" + table);
+    return check(folder, std::string(case_material) + load);
+  };
+  auto outcome =
+      outcome_of("0.0,1,2,3,4\n1e-4,1,2,3\n1e-4,1,x,3,4\n-1.0,1,2,3,4\n2e-4,nan,2,3,4\n");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "table.csv:3: 4 numbers, accepted 5: a time and one for each of 4 facets");
+  EXPECT_SAYS(outcome, "table.csv:4: not a list of finite numbers");
+  EXPECT_SAYS(outcome, "table.csv:5: time -1 s comes after 0 s");
+  EXPECT_SAYS(outcome, "table.csv:6: not a list of finite numbers");
+  EXPECT_EQ(outcome_of("").code, 2);
+  EXPECT_EQ(outcome_of("0.0,1,2,3,4\n1e-3, 0, 0, 0, 0\n").code, 0);
+  std::filesystem::remove(folder.path() / "table.csv");
+  outcome = check(folder, std::string(case_material) + load);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_SAYS(outcome, "table");
+}
+
 TEST(SolidBadInput, UnknownLawNamesTheKnownOnes) {
   Folder folder;
   const auto outcome = check(folder,

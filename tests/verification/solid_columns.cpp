@@ -4,55 +4,15 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tests/support/solid_runs.hpp"
+#include "tests/support/solid_columns.hpp"
 
-// Bending and twisting columns of Aguirre, Gil, Bonet & Carreno (2014) and Lee, Gil & Bonet (2014):
-// 1 x 1 x 6 m, clamped at z = 0, E = 17 MPa, rho = 1100 kg/m^3, no load. Converged tip motion of
-// the bending column: 2.87 m (2.88 m for K/G = 10).
+// Bending column (see bend) and twisting column of Lee, Gil & Bonet (2014): 1 x 1 x 6 m, clamped at
+// z = 0, E = 17 MPa, rho = 1100 kg/m^3, no load.
 
 namespace ocublast::solid {
 namespace {
 
 using namespace test;
-
-/// Poisson's ratio of a given K/G.
-double poisson(double ratio) {
-  return (3.0 * ratio - 2.0) / (2.0 * (3.0 * ratio + 1.0));
-}
-
-struct Bent {
-  double largest = 0.0;  ///< m
-  double energy_error = 0.0;
-  double hourglass = 0.0;  ///< largest, over the initial energy
-};
-
-Bent bend(const std::string& element, Shape shape, int n, double ratio) {
-  auto setup = make_setup(make_block_of(shape, {.cells = {n, n, 6 * n}, .size = {1.0, 1.0, 6.0}}),
-                          make_neo_hookean(17e6, poisson(ratio), 1100.0), element);
-  setup.fixed.push_back(fixed_set(*setup.mesh, "z0", {true, true, true}));
-  SolidRun solid(setup);
-  std::size_t corner = 0;
-  for (std::size_t a = 0; a < solid.mesh().n_nodes(); ++a) {
-    const double* x = &solid.mesh().nodes[3 * a];
-    solid.set_velocity(static_cast<std::int32_t>(a), {10.0 * x[2] / 6.0, 0.0, 0.0});
-    if (x[0] > 0.999 && x[1] > 0.999 && x[2] > 5.999) corner = a;
-  }
-  Bent bent;
-  CellResults cells;
-  bent.energy_error = run(solid, 0.55, 55, [&](double) {
-    bent.largest = std::max(bent.largest, solid.state().displacement[4 * corner]);
-    solid.assembly().evaluate(solid.state().displacement, cells);
-    double sum = 0.0;
-    for (std::size_t c = 0; c < solid.mesh().n_cells(); ++c)
-      sum += cells[c * n_evaluated + hourglass_energy];
-    bent.hourglass = std::max(bent.hourglass, sum / solid.sums().initial);
-  });
-  std::printf("%s, N = %d, K/G = %g: largest u_x %.3f m, energy error %.1e, hourglass %.1f %%\n",
-              element.c_str(), n, ratio, bent.largest, bent.energy_error, 100.0 * bent.hourglass);
-  std::fflush(stdout);
-  EXPECT_LT(bent.energy_error, 1e-3);
-  return bent;
-}
 
 TEST(BendingColumn, Q1P0IsIndependentOfTheBulkModulus) {
   for (const double ratio : {10.0, 1e3})
@@ -96,7 +56,7 @@ TEST(TwistingColumn, KeepsItsEnergyAndItsElements) {
   });
   std::printf("energy error %.2e, smallest J %.3f, corner moved by %.2f m\n", error, smallest,
               turned);
-  EXPECT_LT(error, 0.01);
+  EXPECT_LT(error, 1e-3);
   EXPECT_GT(smallest, 0.0);
   EXPECT_GT(turned, 1.0);  // it has gone past half a turn: the diagonal is 1.41 m
 }

@@ -147,6 +147,116 @@ TEST(Contact, BlockRestsOnABlockByItsWeight) {
   EXPECT_LT(error, 1e-3);
 }
 
+TEST(Contact, GlobeBouncesInItsOrbitAndKeepsMomentumAndEnergy) {
+  // A ball of 12 mm thrown at 1 m/s within a free shell of 12.5 mm.
+  SolidMesh mesh;
+  append(mesh, make_ball(6, 0.012), "globe_");
+  append(mesh, make_shell(6, 1, 0.0125, 0.015), "orbit_");
+  auto setup = make_setup(mesh, make_material("neo_hookean", 1e4, 1e6, 1000.0));
+  setup.contacts.push_back({.first = setup.mesh->face_sets.at("globe_wet"),
+                            .second = setup.mesh->face_sets.at("orbit_inner"),
+                            .penalty = 0.03});
+  SolidRun solid(setup);
+  throw_nodes(solid, "globe_", {0.6, 0.0, -0.8});
+  const auto before = solid.momenta();
+  const double size = std::hypot(before[0], before[2]);
+  double worst = 0.0;
+  double turning = 0.0;
+  const double error = run(solid, 0.006, 60, [&](double) {
+    const auto now = solid.momenta();
+    for (std::size_t i = 0; i < 6; ++i) {
+      auto& change = i < 3 ? worst : turning;
+      change = std::max(change, std::abs(now[i] - before[i]));
+    }
+  });
+  double orbit = 0.0;  // momentum that went over
+  for (std::size_t n = make_ball(6, 0.012).n_nodes(); n < solid.mesh().n_nodes(); ++n)
+    orbit += solid.nodal_mass()[n] * solid.state().velocity[4 * n + 2];
+  std::printf(
+      "momentum %.4f N s changes by %.1e, angular by %.1e N m s; the orbit took %.1f %% of it; "
+      "energy error %.1e\n",
+      size, worst, turning, 100.0 * orbit / before[2], error);
+  EXPECT_LT(worst, 1e-12 * size);
+  EXPECT_LT(turning, 1e-12 * size);  // times a metre: some radii of the ball
+  EXPECT_GT(orbit / before[2], 0.3);
+}
+
+/// A part of a shell of `inner` to `inner` + 1 mm about the origin, 70 degrees wide about +z.
+SolidMesh make_lid(int n, double inner) {
+  auto lid = make_block({.cells = {n, n, 1}, .size = {1.0, 1.0, 1.0}});
+  for (std::size_t a = 0; a < lid.n_nodes(); ++a) {
+    double* x = &lid.nodes[3 * a];
+    const double u = std::tan(35.0 * pi / 180.0 * (2.0 * x[0] - 1.0));
+    const double v = std::tan(35.0 * pi / 180.0 * (2.0 * x[1] - 1.0));
+    const double r = (inner + 0.001 * x[2]) / std::sqrt(1.0 + u * u + v * v);
+    x[0] = r * u;
+    x[1] = r * v;
+    x[2] = r;
+  }
+  return lid;
+}
+
+TEST(Contact, LidSlidesOnTheCorneaAndTheBooksBalance) {
+  // A lid of 1 mm turns about x on a globe of 12 mm while 1 kPa press it on; both are free, so that
+  // the momentum is the impulse of the pressure, whatever contact and friction do.
+  SolidMesh mesh;
+  append(mesh, make_ball(6, 0.012), "globe_");
+  append(mesh, make_lid(8, 0.0121), "lid_");
+  auto setup = make_setup(mesh, make_material("neo_hookean", 1e4, 1e6, 1000.0));
+  setup.contacts.push_back({.first = setup.mesh->face_sets.at("lid_z0"),
+                            .second = setup.mesh->face_sets.at("globe_wet"),
+                            .penalty = 0.03,
+                            .friction = 0.2});
+  setup.interface = setup.mesh->face_sets.at("lid_z1");
+  SolidRun solid(setup);
+  const std::size_t n_globe = make_ball(6, 0.012).n_nodes();
+  for (std::size_t n = n_globe; n < solid.mesh().n_nodes(); ++n) {
+    const double* x = &solid.mesh().nodes[3 * n];
+    solid.set_velocity(static_cast<std::int32_t>(n), {0.0, -20.0 * x[2], 20.0 * x[1]});
+  }
+  const auto before = solid.momenta();
+  const std::vector<double> pressure(solid.interface_nodes().size(), 1000.0);
+  std::array<double, 3> impulse{};
+  CellResults cells;
+  double error = 0.0;
+  std::size_t closed = 0;
+  for (int w = 0; w < 60; ++w) {
+    const auto result = solid.advance({.t_begin = 5e-5 * w,
+                                       .t_end = 5e-5 * (w + 1),
+                                       .shape = InterfaceLoad::constant,
+                                       .overpressure = pressure});
+    for (std::size_t i = 0; i < 3; ++i) impulse[i] += result.interface_impulse[i];
+    solid.assembly().evaluate(solid.state().displacement, cells);
+    error = std::max(error, std::abs(solid.compute_energies(cells).error));
+    const auto* contact = dynamic_cast<const SurfaceContact*>(solid.forces().front().get());
+    ASSERT_NE(contact, nullptr);
+    closed = std::max(closed, contact->n_closed());
+  }
+  const auto after = solid.momenta();
+  const auto energies = solid.compute_energies(cells);
+  double worst = 0.0;
+  for (std::size_t i = 0; i < 3; ++i)
+    worst = std::max(worst, std::abs(after[i] - before[i] - impulse[i]));
+  double globe = 0.0;  // angular momentum about x that friction gave the globe
+  for (std::size_t n = 0; n < n_globe; ++n) {
+    const double* x = &solid.mesh().nodes[3 * n];
+    const double* v = &solid.state().velocity[4 * n];
+    globe += solid.nodal_mass()[n] * (x[1] * v[2] - x[2] * v[1]);
+  }
+  std::printf(
+      "impulse (%.2e, %.2e, %.4e) N s, momentum beside it %.1e; %zu nodes closed; friction took "
+      "%.3g J of %.3g; globe turns with %.2e N m s; coupling work %.3g of external %.3g J; energy "
+      "error %.1e\n",
+      impulse[0], impulse[1], impulse[2], worst, closed, solid.sums().damping,
+      solid.sums().initial, globe, energies.coupling, energies.external, error);
+  EXPECT_LT(worst, 1e-12 * std::abs(impulse[2]));
+  EXPECT_GT(closed, 20u);
+  EXPECT_GT(solid.sums().damping, 0.01 * solid.sums().initial);
+  EXPECT_GT(globe, 0.0);
+  EXPECT_EQ(energies.coupling, energies.external);
+  EXPECT_LT(error, 1e-3);
+}
+
 TEST(TiedSurfaces, PassThePatchTestOfAPressedBlock) {
   // Two blocks of different meshes, tied: uniaxial compression by a pressure stays uniform.
   SolidMesh mesh;

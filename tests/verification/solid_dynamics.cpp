@@ -334,6 +334,117 @@ TEST(Sleep, GivesTheSameBitsAsComputing) {
   EXPECT_GT(std::abs(asleep.state().displacement[asleep.state().displacement.size() - 2]), 0.0);
 }
 
+/// A block whose top is the interface to a flow that is not there.
+SolidRun make_coupled_block(double quiet_overpressure) {
+  auto setup = make_setup(make_block({.cells = {4, 4, 4}, .size = {0.1, 0.1, 0.1}}),
+                          make_neo_hookean(1e6, 0.49, 1000.0));
+  setup.control.quiet_overpressure = quiet_overpressure;
+  setup.interface = setup.mesh->face_sets.at("z1");
+  return SolidRun(setup);
+}
+
+TEST(Sleep, LeavesOutQuietLoadsOnlyWhenAskedToAndCountsThem) {
+  // Noise of 1 Pa for ten windows, then a load of 1 kPa.
+  const double window = 1e-5;
+  auto exact = make_coupled_block(0.0);
+  auto tolerant = make_coupled_block(2.0);
+  auto silent = make_coupled_block(0.0);
+  for (int w = 1; w <= 20; ++w) {
+    const std::vector<double> noise(exact.interface_nodes().size(), w % 2 == 0 ? 1.0 : -0.5);
+    const std::vector<double> load(noise.size(), 1000.0);
+    const std::vector<double> zero(noise.size(), 0.0);
+    const auto advance = [&](SolidRun& solid, const std::vector<double>& p) {
+      return solid
+          .advance({.t_begin = window * (w - 1),
+                    .t_end = window * w,
+                    .shape = InterfaceLoad::linear,
+                    .overpressure = p})
+          .idle;
+    };
+    EXPECT_FALSE(advance(exact, w <= 10 ? noise : load)) << w;
+    EXPECT_EQ(advance(tolerant, w <= 10 ? noise : load), w <= 10) << w;
+    EXPECT_EQ(advance(silent, w <= 10 ? zero : load), w <= 10) << w;
+  }
+  // What is left out counts as zero, to the bit.
+  EXPECT_EQ(tolerant.state().velocity, silent.state().velocity);
+  EXPECT_EQ(tolerant.sums().ignored_pressure, 1.0);
+  EXPECT_NEAR(tolerant.sums().ignored_impulse, 10 * window * 0.75, 1e-18);
+  EXPECT_EQ(silent.sums().ignored_impulse, 0.0);
+  // And the speed it would have given stays below its impulse over the mass per area; the last
+  // ramp reaches into the first window that counts by half of its length.
+  double largest = 0.0;
+  for (std::size_t i = 0; i < exact.state().velocity.size(); ++i)
+    largest = std::max(largest,
+                       std::abs(exact.state().velocity[i] - tolerant.state().velocity[i]));
+  const double bound =
+      (tolerant.sums().ignored_impulse + 0.5 * window) / exact.mass_per_area(0.0);
+  std::printf("speed left out %.2e m/s, bound %.2e m/s\n", largest, bound);
+  EXPECT_LT(largest, bound);
+  EXPECT_GT(largest, 0.0);
+}
+
+TEST(Sleep, LoadThatIsNotANumberDoesNotPassForSilence) {
+  auto solid = make_coupled_block(2.0);
+  const std::vector<double> lost(solid.interface_nodes().size(), std::nan(""));
+  EXPECT_FALSE(solid.advance({.t_begin = 0.0, .t_end = 1e-5, .overpressure = lost}).idle);
+}
+
+TEST(FacetTable, OfEqualColumnsIsTheUniformPressure) {
+  const Schedule pulse{{0.0, 1e-4, 3e-4}, {0.0, 5e3, 0.0}};
+  const auto end_state = [&](bool by_facet) {
+    auto setup = make_setup(make_ball(4, 0.012), make_neo_hookean(1e6, 0.45, 1000.0));
+    PressureLoad load{.facets = setup.mesh->face_sets.at("x0"), .pressure = pulse};
+    load.by_facet = by_facet;
+    if (by_facet) load.of_facet.assign(load.facets.size(), pulse);
+    setup.pressures.push_back(load);
+    SolidRun solid(setup);
+    run(solid, 4e-4, 8, [](double) {});
+    return solid.state().velocity;
+  };
+  const auto uniform = end_state(false);
+  const auto table = end_state(true);
+  double largest = 0.0;
+  double difference = 0.0;
+  for (std::size_t i = 0; i < uniform.size(); ++i) {
+    largest = std::max(largest, std::abs(uniform[i]));
+    difference = std::max(difference, std::abs(uniform[i] - table[i]));
+  }
+  std::printf("speed %.3f m/s, difference %.1e\n", largest, difference);
+  EXPECT_GT(largest, 0.01);
+  EXPECT_LT(difference, 1e-12 * largest);  // another order of additions at nodes
+}
+
+TEST(FacetTable, GivesEveryFacetItsOwnImpulse) {
+  // Four facets of a quarter of 0.01 m^2 each, of which only two are loaded, by triangles of 1 ms up
+  // to 10 and -4 Pa: the top hardly moves, so that areas stay, and the momentum is their impulse.
+  auto setup = make_setup(make_block({.cells = {2, 2, 2}, .size = {0.1, 0.1, 0.1}}),
+                          make_neo_hookean(1e6, 0.3, 1000.0));
+  const auto& facets = setup.mesh->face_sets.at("z1");
+  PressureLoad load{.facets = facets, .by_facet = true};
+  load.of_facet.assign(facets.size(), Schedule{{0.0}, {0.0}});
+  load.of_facet[1] = {{0.0, 5e-4, 1e-3}, {0.0, 10.0, 0.0}};
+  load.of_facet[2] = {{0.0, 5e-4, 1e-3}, {0.0, -4.0, 0.0}};
+  setup.pressures.push_back(load);
+  SolidRun solid(setup);
+  const double error = run(solid, 1.5e-3, 15, [](double) {});
+  const auto momentum = solid.momenta();
+  const double area = 0.0025;
+  const double p1 = 10.0 * area * 5e-4;  // N s
+  const double p2 = -4.0 * area * 5e-4;
+  std::printf("momentum %.9e N s of %.9e, energy error %.1e\n", momentum[2], -p1 - p2,
+              error);
+  EXPECT_NEAR(momentum[2], -p1 - p2, 1e-4 * p1);  // areas change by strains of 1e-5
+  // Moments about x and y of forces at the facets' centres, 0.025 and 0.075 m from the edges.
+  const auto centre = [&](std::size_t f, std::size_t i) {
+    double sum = 0.0;
+    for (const auto n : facets[f])
+      sum += 0.25 * solid.mesh().nodes[3 * static_cast<std::size_t>(n) + i];
+    return sum;
+  };
+  EXPECT_NEAR(momentum[3], -p1 * centre(1, 1) - p2 * centre(2, 1), 1e-3 * p1 * 0.1);
+  EXPECT_NEAR(momentum[4], p1 * centre(1, 0) + p2 * centre(2, 0), 1e-3 * p1 * 0.1);
+}
+
 TEST(Threads, DoNotChangeARun) {
   const auto end_state = [](int threads) {
     auto setup = make_setup(make_ball(6, 0.012), make_material("neo_hookean", 1e3, 2.25e9, 1000.0));

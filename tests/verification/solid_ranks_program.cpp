@@ -24,6 +24,7 @@ std::string case_text(double peak, const std::string& more = "") {
          std::to_string(peak) +
          ", 0.0]\n[solid.output]\nevery_s = 1e-4\nhistory_every_s = 1e-5\ncheckpoint_every_s = "
          "1e-4\n"
+         "[[solid.pressure]]\nfaces = \"y0\"\ntable = \"facets.csv\"\n"
          "[[solid.history]]\nname = \"ball\"\ntissue = \"block\"\n"
          "[[solid.history]]\nname = \"place\"\nposition_m = [0.004, 0.0, 0.001]\n"
          "[[solid.history]]\nname = \"side\"\nnodes = \"y1\"\n" +
@@ -34,6 +35,17 @@ Folder* make_folder(const std::string& text) {
   auto* folder = new Folder;
   write_mesh(folder->path() / "ball.h5", make_ball(4, 0.012));
   write_text(folder->path() / "case.toml", text);
+  // Every facet of y0 its own pressure, in a pulse of 0.1 ms.
+  std::string titles = "time_s";
+  std::string peak = "5e-5";
+  std::string none;
+  for (int f = 0; f < 16; ++f) {
+    titles += ",facet_" + std::to_string(f) + "_Pa";
+    peak += ", " + std::to_string(100.0 * f * f);
+    none += ",0.0";
+  }
+  write_text(folder->path() / "facets.csv",
+             titles + "\n0.0" + none + "\n" + peak + "\n1e-4" + none + "\n");
   return folder;
 }
 
