@@ -99,8 +99,8 @@ void run_alone(Session& session, const std::filesystem::path& out, bool quiet) {
   session.write_summary();
 }
 
-/// Fewer threads for a small mesh: below some thousand elements each, waiting at the colours'
-/// barriers costs more than it brings. Results do not depend on it. Ranks share a host's
+/// Fewer threads for a small mesh: below some thousand elements each, waiting for each other in
+/// every step costs more than it brings. Results do not depend on it. Ranks share a host's
 /// processors.
 int useful_threads(int asked, const Ranks& ranks, const SolidMesh& mesh) {
   constexpr std::size_t elements_per_thread = 2000;

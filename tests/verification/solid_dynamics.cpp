@@ -8,6 +8,7 @@
 
 #include "solid_solver/integrators/stable_step.hpp"
 #include "solid_solver/mesh/cell_geometry.hpp"
+#include "coupler/base/errors.hpp"
 #include "tests/support/solid_runs.hpp"
 
 namespace ocublast::solid {
@@ -386,7 +387,7 @@ TEST(Sleep, LeavesOutQuietLoadsOnlyWhenAskedToAndCountsThem) {
 TEST(Sleep, LoadThatIsNotANumberDoesNotPassForSilence) {
   auto solid = make_coupled_block(2.0);
   const std::vector<double> lost(solid.interface_nodes().size(), std::nan(""));
-  EXPECT_FALSE(solid.advance({.t_begin = 0.0, .t_end = 1e-5, .overpressure = lost}).idle);
+  EXPECT_THROW(solid.advance({.t_begin = 0.0, .t_end = 1e-5, .overpressure = lost}), NumericsError);
 }
 
 TEST(FacetTable, OfEqualColumnsIsTheUniformPressure) {
