@@ -73,8 +73,7 @@ std::optional<ProcessEnd> Partners::end_of(Party party) {
 void Partners::set_computing(Party party, bool computing) { computing_[index_of(party)] = computing; }
 
 void Partners::poll_once(Clock::time_point until) {
-  const auto items = server_.poll_items();
-  std::vector<zmq::pollitem_t> all(items.begin(), items.end());
+  auto all = server_.poll_items();
   all.push_back({nullptr, signals_.fd(), ZMQ_POLLIN, 0});
   for (Child& c : children_)
     if (!over_[index_of(c.party())]) all.push_back({nullptr, c.pidfd(), ZMQ_POLLIN, 0});

@@ -51,12 +51,57 @@ Server::Server(const Setup& setup, std::shared_ptr<spdlog::logger> log)
     throw LinkError(fmt::format("cannot listen on {}: {}", setup.endpoint, error.what()));
   }
   ::umask(before);
+  if (probe_) packets_.emplace(setup.endpoint.substr(std::string("ipc://").size()) + ".packets");
 }
 
 std::string Server::endpoint() const { return socket_.get(zmq::sockopt::last_endpoint); }
 
-std::array<zmq::pollitem_t, 2> Server::poll_items() {
-  return {{{socket_.handle(), 0, ZMQ_POLLIN, 0}, {monitor_->handle().handle(), 0, ZMQ_POLLIN, 0}}};
+std::vector<zmq::pollitem_t> Server::poll_items() {
+  std::vector<zmq::pollitem_t> items{{socket_.handle(), 0, ZMQ_POLLIN, 0},
+                                     {monitor_->handle().handle(), 0, ZMQ_POLLIN, 0}};
+  for (const Peer& p : peers_)
+    if (p.packets && !p.held) items.push_back({nullptr, p.packets.fd(), ZMQ_POLLIN, 0});
+  return items;
+}
+
+/// READY announced them: from now on orders without a second frame go as packets, and results may come so.
+void Server::take_packets(Party party) {
+  Peer& p = peer(party);
+  if (packets_ && p.packet_mark != 0) p.packets = packets_->take(p.packet_mark);
+  if (!p.packets) throw PartnerFault(party, "READY announces packets, but it has not connected for them");
+}
+
+/// The packet of a party whose turn it is. It may come before messages of the other way that were sent
+/// before it: then it waits for them.
+std::optional<Incoming> Server::receive_packet(Party party) {
+  Peer& p = peer(party);
+  try {
+    if (!p.held && p.packets.receive(packet_)) {
+      Incoming in;
+      in.party = party;
+      in.frames.header = zmq::message_t(packet_.data(), packet_.size());
+      in.header = link::decode(packet_);
+      check_packet(in);
+      p.held = std::move(in);
+    }
+    if (!p.held || p.held->header.seq > p.received + 1) return {};
+    if (p.held->header.seq < p.received + 1)
+      throw LinkError(fmt::format("message refused: {} has number {}, expected {}", to_word(p.held->header.kind),
+                                  p.held->header.seq, p.received + 1));
+  } catch (const LinkError& error) {
+    throw PartnerFault(party, error.what());
+  }
+  ++p.received;
+  return std::exchange(p.held, std::nullopt);
+}
+
+void Server::check_packet(Incoming& in) {
+  const Header& h = in.header;
+  if (h.run_id != setup_.run_id)
+    throw LinkError(fmt::format("message refused: of run {:016x}, this one is {:016x}", h.run_id, setup_.run_id));
+  if (h.kind != Kind::result || (h.memory.pid == 0) != (h.payload_bytes == 0))
+    throw LinkError(fmt::format("message refused: {} as a packet", to_word(h.kind)));
+  if (h.memory.pid != 0) in.memory = memory_.view(h.memory, h.payload_bytes);
 }
 
 void Server::watch_connections() {
@@ -72,6 +117,8 @@ void Server::watch_connections() {
 
 std::optional<Incoming> Server::take() {
   watch_connections();
+  for (const Party party : setup_.roster.all())
+    if (auto message = receive_packet(party)) return message;
   do {
     something_read_ = false;
     if (auto message = receive()) return message;
@@ -125,6 +172,7 @@ std::optional<Incoming> Server::receive() {
     return {};
   }
   ++known->received;
+  if (in.header.kind == Kind::ready && in.header.takes_packets) take_packets(in.party);
   return in;
 }
 
@@ -172,15 +220,22 @@ Party Server::greet(const std::string& routing_id, const zmq::message_t& frame, 
     dismiss(routing_id, mismatch);
     throw PartnerFault(party, mismatch);
   }
-  p = {.admitted = true, .routing_id = routing_id,
-       .fd = zmq_msg_get(frame.handle(), ZMQ_SRCFD),
-       .received = 1, .program = hello.program};
+  p = {};
+  p.admitted = true;
+  p.routing_id = routing_id;
+  p.fd = zmq_msg_get(frame.handle(), ZMQ_SRCFD);
+  p.received = 1;
+  p.program = hello.program;
   Header welcome;
   welcome.kind = Kind::welcome;
   welcome.silence_limit = setup_.silence_limit;
   if (probe_ && hello.memory.pid != 0 && memory_.finds(hello.memory, hello.memory_mark)) {
     welcome.memory = probe_->place();
     welcome.memory_mark = probe_->mark();
+    if (packets_ && *packets_) {
+      welcome.packet_path = packets_->path();
+      welcome.packet_mark = p.packet_mark = link::make_run_id();
+    }
   }
   send(party, std::move(welcome));
   log_->info("{} is {}", word, hello.program);
@@ -223,6 +278,10 @@ std::string Server::send(Party party, Header header, zmq::message_t& payload) {
     header.payload_checksum =
         link::checksum({static_cast<const std::byte*>(payload.data()), payload.size()});
   std::string bytes = link::encode(header);
+  if (header.kind == Kind::step && payload.size() == 0 && p.packets.send(bytes)) {
+    ++p.sent;
+    return bytes;
+  }
   if (!p.admitted || !send_frames(p.routing_id, bytes, payload, true)) {
     PartnerFault fault(party, fmt::format("takes no {}: its connection is gone", to_word(header.kind)));
     fault.gone = true;

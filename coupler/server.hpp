@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -13,6 +12,7 @@
 
 #include "coupler/link/keys.hpp"
 #include "coupler/link/message.hpp"
+#include "coupler/link/packet_socket.hpp"
 #include "coupler/link/socket.hpp"
 #include "coupler/party.hpp"
 
@@ -72,8 +72,8 @@ class Server {
 
   /// The endpoint with a port chosen by the system filled in.
   [[nodiscard]] std::string endpoint() const;
-  /// For a poll: the socket and the watch over its connections.
-  [[nodiscard]] std::array<zmq::pollitem_t, 2> poll_items();
+  /// For a poll: the socket, the watch over its connections, and packets that may come.
+  [[nodiscard]] std::vector<zmq::pollitem_t> poll_items();
 
   /// Next message that is there now; a HELLO has been answered already. The payload is not checked
   /// yet (see link::check_payload).
@@ -107,6 +107,9 @@ class Server {
     std::uint64_t received = 0;
     std::uint64_t sent = 0;
     std::string program;
+    std::uint64_t packet_mark = 0;
+    link::PacketSocket packets;
+    std::optional<Incoming> held;  ///< came as a packet before a message with a smaller number
   };
   [[nodiscard]] Peer& peer(Party party) { return peers_[index_of(party)]; }
   [[nodiscard]] const Peer& peer(Party party) const {
@@ -115,6 +118,9 @@ class Server {
   [[nodiscard]] Party party_of(const link::Header& hello) const;
   void watch_connections();
   [[nodiscard]] std::optional<Incoming> receive();
+  [[nodiscard]] std::optional<Incoming> receive_packet(Party party);
+  void check_packet(Incoming& in);
+  void take_packets(Party party);
   [[nodiscard]] Party greet(const std::string& routing_id, const zmq::message_t& frame, const link::Header& hello);
   void dismiss(const std::string& routing_id, const std::string& reason);
   bool send_frames(const std::string& routing_id, std::string_view header, zmq::message_t& payload,
@@ -129,6 +135,8 @@ class Server {
   std::vector<Peer> peers_;
   std::optional<link::MemoryProbe> probe_;
   link::MemoryReader memory_;
+  std::optional<link::PacketListener> packets_;
+  std::string packet_;
   bool something_read_ = false;
 };
 

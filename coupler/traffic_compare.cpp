@@ -24,6 +24,7 @@ Header comparable(Header header) {
   header.token.clear();
   header.memory = {};
   header.shares_memory = false;
+  header.takes_packets = false;
   return header;
 }
 

@@ -12,7 +12,7 @@ struct ocu_participant {
   link_::Participant participant;
   link_::Role role;
   std::size_t n_vertices = 0;
-  link_::InterfaceMesh mesh;
+  std::vector<link_::InterfaceMesh> meshes;
   ocu_order order{};
   std::string checkpoint;
   std::string error;
@@ -42,6 +42,23 @@ int attempt(ocu_participant* p, Work work) noexcept {
 
 std::span<const double> values(const double* at, std::size_t n) {
   return at == nullptr ? std::span<const double>() : std::span<const double>(at, n);
+}
+
+void give_mesh(const link_::InterfaceMesh& mesh, const char** name, size_t* n_vertices, const double** vertices,
+               size_t* n_triangles, const int32_t** triangles) {
+  *name = mesh.name.c_str();
+  *n_vertices = mesh.n_vertices();
+  *vertices = mesh.vertices.data();
+  *n_triangles = mesh.triangles.size() / 3;
+  *triangles = mesh.triangles.data();
+}
+
+/// [n_meshes, 4] of a flow with several solids.
+std::vector<link_::InterfaceBalance> balances(const double* at, std::size_t n_meshes) {
+  std::vector<link_::InterfaceBalance> all;
+  for (std::size_t k = 0; at != nullptr && n_meshes > 1 && k < n_meshes; ++k, at += 4)
+    all.push_back({.work = at[0], .impulse = {at[1], at[2], at[3]}});
+  return all;
 }
 
 std::uint64_t hash_from_environment() {
@@ -77,12 +94,25 @@ int ocu_send_mesh(ocu_participant* p, const char* name, size_t n_vertices, const
 int ocu_mesh(ocu_participant* p, size_t* n_vertices, const double** vertices, size_t* n_triangles,
              const int32_t** triangles) {
   return attempt(p, [&] {
-    p->mesh = p->participant.receive_mesh();
-    *n_vertices = p->n_vertices = p->mesh.n_vertices();
-    *vertices = p->mesh.vertices.data();
-    *n_triangles = p->mesh.triangles.size() / 3;
-    *triangles = p->mesh.triangles.data();
+    p->meshes = {p->participant.receive_mesh()};
+    p->n_vertices = p->meshes.front().n_vertices();
+    const char* name = nullptr;
+    give_mesh(p->meshes.front(), &name, n_vertices, vertices, n_triangles, triangles);
   });
+}
+
+int ocu_receive_meshes(ocu_participant* p, size_t* n_meshes) {
+  return attempt(p, [&] {
+    p->meshes = p->participant.receive_meshes();
+    p->n_vertices = 0;
+    for (const auto& mesh : p->meshes) p->n_vertices += mesh.n_vertices();
+    *n_meshes = p->meshes.size();
+  });
+}
+
+int ocu_mesh_of(ocu_participant* p, size_t k, const char** name, size_t* n_vertices, const double** vertices,
+                size_t* n_triangles, const int32_t** triangles) {
+  return attempt(p, [&] { give_mesh(p->meshes.at(k), name, n_vertices, vertices, n_triangles, triangles); });
 }
 
 int ocu_take_forces(ocu_participant* p) {
@@ -123,7 +153,7 @@ int ocu_send(ocu_participant* p, const ocu_report* r) {
                          .acceleration = values(r->acceleration, n),
                          .overpressure = values(r->overpressure, p->n_vertices), .force = {},
                          .stable_step = r->stable_step, .steps_taken = r->steps_taken, .work = r->work,
-                         .interfaces = {},
+                         .interfaces = balances(r->balance, p->meshes.size()),
                          .impulse = {r->impulse[0], r->impulse[1], r->impulse[2]}, .impedance = r->impedance,
                          .mass_per_area = r->mass_per_area, .compute_seconds = r->compute_seconds, .status = {}});
   });

@@ -183,12 +183,17 @@ class Reader {
     OCU_TAKE_FINITE(out.time, time_s);
     OCU_TAKE(out.mesh_hash, mesh_hash);
     out.shares_memory = in_.shares_memory();
+    out.takes_packets = in_.takes_packets();
     out.takes_force = in_.takes_force();
   }
   void by_kind(Header& out) const {
     switch (kind_) {
       case Kind::hello: hello(out); break;
-      case Kind::welcome: OCU_TAKE_FINITE(out.silence_limit, silence_limit_s); break;
+      case Kind::welcome:
+        OCU_TAKE_FINITE(out.silence_limit, silence_limit_s);
+        out.packet_path = cut(in_.packet_path(), max_text_bytes);
+        out.packet_mark = in_.packet_mark();
+        break;
       case Kind::mesh:
         OCU_TAKE(out.mesh_hash, mesh_hash);
         out.mesh_name = cut(in_.mesh_name(), max_text_bytes);
@@ -253,7 +258,12 @@ std::string encode(const Header& header) {
   put_memory(header, out);
   switch (header.kind) {
     case Kind::hello: put_hello(header, out); break;
-    case Kind::welcome: out.set_silence_limit_s(header.silence_limit); break;
+    case Kind::welcome:
+      out.set_silence_limit_s(header.silence_limit);
+      if (header.packet_path.empty()) break;
+      out.set_packet_path(header.packet_path);
+      out.set_packet_mark(header.packet_mark);
+      break;
     case Kind::mesh:
       out.set_mesh_hash(header.mesh_hash);
       out.set_mesh_name(cut(header.mesh_name, max_text_bytes));
@@ -265,6 +275,7 @@ std::string encode(const Header& header) {
       out.set_time_s(header.time);
       out.set_mesh_hash(header.mesh_hash);
       out.set_shares_memory(header.shares_memory);
+      if (header.takes_packets) out.set_takes_packets(true);
       if (header.takes_force) out.set_takes_force(true);
       break;
     case Kind::step: put_order(header, out); break;

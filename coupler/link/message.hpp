@@ -55,6 +55,9 @@ struct Header {
   MemoryPlace memory;                  ///< of the payload; HELLO, WELCOME: of the probe
   std::uint64_t memory_mark = 0;
   bool shares_memory = false;
+  std::string packet_path;             ///< WELCOME: of the coupler's PacketListener
+  std::uint64_t packet_mark = 0;
+  bool takes_packets = false;          ///< READY
   bool takes_force = false;
 
   std::uint32_t major = protocol_major;

@@ -49,6 +49,7 @@ typedef struct ocu_report {
   double impedance;           /* flow: kg/(m^2 s), largest rho c at the wall */
   double mass_per_area;       /* solid: kg/m^2, smallest that waves reach in a window */
   double compute_seconds;     /* s of wall time */
+  const double *balance;      /* flow with several solids: [n_meshes, 4] work J, impulse N s given to each */
 } ocu_report;
 
 /* Connects to the coupler that started this program (environment). NULL on failure, see ocu_error(NULL).
@@ -59,6 +60,10 @@ int ocu_send_mesh(ocu_participant *p, const char *name, size_t n_vertices, const
 /* Flow: the solid's mesh; its arrays live as long as the participant. */
 int ocu_mesh(ocu_participant *p, size_t *n_vertices, const double **vertices, size_t *n_triangles,
              const int32_t **triangles);
+/* Flow, instead, with several solids: their meshes. Orders and reports hold the values of all, one after the other. */
+int ocu_receive_meshes(ocu_participant *p, size_t *n_meshes);
+int ocu_mesh_of(ocu_participant *p, size_t k, const char **name, size_t *n_vertices, const double **vertices,
+                size_t *n_triangles, const int32_t **triangles);
 /* Solid, before ocu_ready: where the flow has a mesh of its own, forces at the vertices may come. */
 int ocu_take_forces(ocu_participant *p);
 /* Set-up is done. window and time where it resumed, 0 and 0.0 when fresh; velocity: initial, or NULL. */

@@ -120,6 +120,7 @@ void Participant::ready(double stable_step, std::uint64_t window, double time,
   header.mesh_hash = s.mesh_hash;
   header.n_vertices = s.n_vertices;
   header.shares_memory = s.we_read;
+  header.takes_packets = static_cast<bool>(s.packets);
   header.takes_force = s.takes_force;
   const std::size_t most = s.connection.role == Role::flow ? s.load_components() : 9;
   if (s.coupler_reads && s.n_vertices > 0)

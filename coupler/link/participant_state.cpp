@@ -74,8 +74,24 @@ void Participant::State::connect() {
                               connection.endpoint, failure, seconds_since(begin)));
 }
 
-/// Next message that is there now, checked; WAIT is swallowed but counts as word from the coupler.
-std::optional<Header> Participant::State::take() {
+void Participant::State::check_run(const Header& header) const {
+  if (header.run_id != run_id)
+    throw error(fmt::format("{} of run {:016x}, ours is {:016x}", to_word(header.kind), header.run_id, run_id));
+}
+
+/// A packet whose turn it is. Those of the other way keep their order among themselves only.
+std::optional<Header> Participant::State::take_packet() {
+  if (!held && packets.receive(packet)) {
+    held = decode(packet);
+    check_run(*held);
+    if (held->memory.pid == 0 && held->payload_bytes != 0) throw error("a packet announces a second frame");
+  }
+  if (!held || held->seq > received + 1) return {};
+  frames.payload.rebuild();
+  return std::exchange(held, std::nullopt);
+}
+
+std::optional<Header> Participant::State::take_frames() {
   if (!socket->recv(frames.header, zmq::recv_flags::dontwait)) return {};
   if (!frames.header.more() || !socket->recv(frames.payload, zmq::recv_flags::dontwait) ||
       frames.payload.more())
@@ -83,9 +99,16 @@ std::optional<Header> Participant::State::take() {
   Header header = decode(frames.header_view());
   if (run_id == 0 && (header.kind == Kind::welcome || header.kind == Kind::abort))
     run_id = header.run_id;
-  if (header.run_id != run_id)
-    throw error(fmt::format("{} of run {:016x}, ours is {:016x}", to_word(header.kind),
-                            header.run_id, run_id));
+  check_run(header);
+  return header;
+}
+
+/// Next message that is there now, checked; WAIT is swallowed but counts as word from the coupler.
+std::optional<Header> Participant::State::take() {
+  auto next = take_packet();
+  if (!next) next = take_frames();
+  if (!next) return {};
+  const Header& header = *next;
   if (header.seq != received + 1)
     throw error(fmt::format("{} with number {}, expected {}", to_word(header.kind), header.seq,
                             received + 1));
@@ -111,8 +134,10 @@ Header Participant::State::await(std::initializer_list<Kind> expected, std::stri
   auto deadline = begin + seconds(connection.silence_limit);
   while (true) {
     zmq::pollitem_t items[] = {{socket->handle(), 0, ZMQ_POLLIN, 0},
-                               {monitor->handle().handle(), 0, ZMQ_POLLIN, 0}};
-    zmq::poll(items, 2, time_left(deadline));
+                               {monitor->handle().handle(), 0, ZMQ_POLLIN, 0},
+                               {nullptr, packets.fd(), ZMQ_POLLIN, 0}};
+    // What is held would wake us at once, for nothing.
+    zmq::poll(items, packets && !held ? 3 : 2, time_left(deadline));
     const bool gone = (items[1].revents & ZMQ_POLLIN) != 0 && coupler_gone();
     while (const auto header = take()) {  // what it said before it went counts
       deadline = Clock::now() + seconds(connection.silence_limit);
@@ -142,6 +167,10 @@ void Participant::State::send(Header header, zmq::message_t payload) {
   header.payload_checksum =
       checksum({static_cast<const std::byte*>(payload.data()), payload.size()});
   const std::string bytes = encode(header);
+  if (header.kind == Kind::result && payload.size() == 0 && packets.send(bytes)) {
+    ++sent;
+    return;
+  }
   const auto deadline = Clock::now() + seconds(connection.silence_limit);
   while (!socket->send(zmq::buffer(bytes), zmq::send_flags::sndmore | zmq::send_flags::dontwait)) {
     zmq::pollitem_t items[] = {{socket->handle(), 0, ZMQ_POLLOUT, 0},
@@ -187,6 +216,7 @@ void Participant::State::offer_memory(Header& hello) {
 void Participant::State::accept_memory(const Header& welcome) {
   coupler_reads = welcome.memory.pid != 0;
   we_read = coupler_reads && reader.finds(welcome.memory, welcome.memory_mark);
+  if (we_read) packets = PacketSocket::connect(welcome.packet_path, welcome.packet_mark);
 }
 
 /// Where the values of the next report go: a slot of the shared memory, or the frame to be sent.

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "coupler/link/message.hpp"
+#include "coupler/link/packet_socket.hpp"
 #include "coupler/link/participant.hpp"
 #include "coupler/link/payload.hpp"
 #include "coupler/link/socket.hpp"
@@ -55,6 +56,11 @@ struct Participant::State {
   std::uint64_t reports = 0;   ///< sent with values; the slot of the next one
   zmq::message_t frame;        ///< for the next report where memory is not shared
 
+  PacketSocket packets;        ///< STEP and RESULT come and go here where no second frame is needed
+  std::string packet;
+  std::optional<Header> held;  ///< came as a packet before a message with a smaller number
+
+
   explicit State(const Connection& c) : connection(c) {}
 
   [[nodiscard]] std::string who() const {
@@ -74,6 +80,9 @@ struct Participant::State {
   [[nodiscard]] Header await(std::initializer_list<Kind> expected, std::string_view what);
   [[nodiscard]] bool coupler_gone();
   [[nodiscard]] std::optional<Header> take();
+  [[nodiscard]] std::optional<Header> take_frames();
+  [[nodiscard]] std::optional<Header> take_packet();
+  void check_run(const Header& header) const;
   void offer_memory(Header& hello);
   void accept_memory(const Header& welcome);
   [[nodiscard]] std::size_t report_doubles() const {

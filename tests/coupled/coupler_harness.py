@@ -108,7 +108,7 @@ class CouplerTest(unittest.TestCase):
         self.wait_for(out, "connection.env")
         time.sleep(0.1)
         lines = self.read(out, "connection.env").splitlines()
-        return dict(line.removeprefix("export ").split("=", 1) for line in lines)
+        return dict(line.removeprefix("export ").split("=", 1) for line in lines if "=" in line)
 
     def start_participant(self, program, connection):
         process = subprocess.Popen([program, self.case], env={**os.environ, **connection}, text=True,

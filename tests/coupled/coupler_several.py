@@ -6,7 +6,11 @@ import subprocess
 import tempfile
 import unittest
 
+import numpy as np
+
 from coupler_harness import BIN, CouplerTest, children_of
+
+from ocublast_link import Participant
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 MESH = os.path.join(HERE, "..", "..", "cases", "mesh")
@@ -123,6 +127,37 @@ class Several(CouplerTest):
                             for l, r, s in zip(left, right, single))
                 print(f"{scheme} {column}: {worst / size:.1e} of {size:.3g}")
                 self.assertLess(worst, accepted)
+
+    def test_a_flow_in_python_serves_two_solids(self):
+        self.case = self.two(end=2e-4)
+        process = self.start("--mesh-dir", self.path("mesh"), "--await", "--set", "coupling.window=fixed", "--set",
+                             "coupling.window_s=1e-5", out="two")
+        connection = self.connection("two")
+        solids = []
+        for name in ("left", "right"):
+            solids.append(subprocess.Popen(
+                [os.path.join(BIN, "solid_solver"), self.case, "--mesh-dir", self.path("mesh"), "--set",
+                 "coupling.window=fixed", "--set", "coupling.window_s=1e-5", "--name", name, "--quiet", "--out", self.path(name)],
+                env={**os.environ, **connection, "OCUBLAST_NAME": name}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True))
+            self.addCleanup(lambda p=solids[-1]: p.poll() is None and p.kill())
+        flow = Participant("flow", "two loads 1", int(connection["OCUBLAST_CASE_HASH"], 16),
+                           endpoint=connection["OCUBLAST_ENDPOINT"], token=connection["OCUBLAST_TOKEN"])
+        meshes = flow.receive_meshes()
+        self.assertEqual([name for name, _, _ in meshes], ["left", "right"])
+        n = [len(vertices) for _, vertices, _ in meshes]
+        flow.ready(1e-5)
+        # A uniform pressure on the closed surface of the left one, none on the right one.
+        for order in flow.orders():
+            load = np.concatenate([np.full(n[0], 1e5), np.zeros(n[1])])
+            flow.send(overpressure=load, balance=np.zeros((2, 4)), stable_step=1e-5, steps_taken=1, impedance=400.0)
+        flow.goodbye()
+        text = process.communicate(timeout=30)[0]
+        self.assertEqual(process.returncode, 0, text + "".join(s.communicate()[0] for s in solids))
+        self.assertEqual([s.wait(timeout=10) for s in solids], [0, 0])
+        left, right = self.table("two", "coupling_left.csv"), self.table("two", "coupling_right.csv")
+        self.assertEqual(len(left), 20)
+        self.assertGreater(sum(abs(row["work_solid_J"]) for row in left), 0.0)
+        self.assertEqual(sum(abs(row["work_solid_J"]) for row in right), 0.0)
 
     def test_each_interface_has_its_own_balance(self):
         self.completed(self.two(), out="two")

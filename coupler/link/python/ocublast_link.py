@@ -29,7 +29,7 @@ from zmq.utils.monitor import recv_monitor_message
 import coupling_pb2 as pb
 
 PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 2
-POSITION, VELOCITY, ACCELERATION, OVERPRESSURE, MESH, FORCE = 1, 2, 4, 8, 16, 32
+POSITION, VELOCITY, ACCELERATION, OVERPRESSURE, MESH, FORCE, BALANCE = 1, 2, 4, 8, 16, 32, 64
 
 
 class LinkError(RuntimeError):
@@ -70,6 +70,7 @@ class Participant:
         self.silence_limit = float(os.environ.get("OCUBLAST_SILENCE_LIMIT_S") or silence_limit)
         self.run_id, self.sent, self.received = 0, 0, 0
         self.n_vertices = self.n_triangles = self.mesh_hash = self.window = 0
+        self.n_interfaces = 1
         self.order = None
         self._connect(token or os.environ.get("OCUBLAST_TOKEN", ""))
         hello = self.header(pb.KIND_HELLO)
@@ -173,16 +174,30 @@ class Participant:
         self.send_raw(h, payload)
 
     def receive_mesh(self):
-        """Flow: name, vertices [n, 3], triangles [m, 3]."""
-        h, payload = self._await(pb.KIND_MESH)
-        if h.n_interfaces > 1:
-            raise LinkError(f"{h.n_interfaces} solids take part, this flow side knows one")
-        self.n_vertices, self.n_triangles = h.n_vertices, h.n_triangles
-        self.mesh_hash = checksum(payload)
-        split = 24 * h.n_vertices
-        vertices = np.frombuffer(payload[:split], "<f8").reshape(-1, 3)
-        triangles = np.frombuffer(payload[split:], "<i4").reshape(-1, 3)
-        return h.mesh_name, vertices, triangles
+        """Flow with one solid: name, vertices [n, 3], triangles [m, 3]."""
+        meshes = self.receive_meshes()
+        if len(meshes) != 1:
+            raise LinkError(f"{len(meshes)} solids take part: call receive_meshes")
+        return meshes[0]
+
+    def receive_meshes(self):
+        """Flow: name, vertices [n, 3], triangles [m, 3] of every solid. Orders and results then hold the values of
+        all, one solid after the other."""
+        meshes, hashes = [], []
+        self.n_vertices = self.n_triangles = 0
+        while True:
+            h, payload = self._await(pb.KIND_MESH)
+            split = 24 * h.n_vertices
+            meshes.append((h.mesh_name, np.frombuffer(payload[:split], "<f8").reshape(-1, 3),
+                           np.frombuffer(payload[split:], "<i4").reshape(-1, 3)))
+            hashes.append(checksum(payload))
+            self.n_vertices += h.n_vertices
+            self.n_triangles += h.n_triangles
+            if len(meshes) >= (h.n_interfaces or 1):
+                break
+        self.n_interfaces = len(meshes)
+        self.mesh_hash = hashes[0] if len(hashes) == 1 else checksum(np.array(hashes, "<u8").tobytes())
+        return meshes
 
     def ready(self, stable_step, window=0, time_s=0.0, velocity=None, takes_force=False):
         """Set-up is done; where it stands (0, 0.0 when fresh); initial velocity [n, 3] if any. A solid
@@ -227,12 +242,14 @@ class Participant:
         h.compute_s, h.status, h.n_vertices = compute_seconds, status[:200], self.n_vertices
         return h
 
-    def send(self, position=None, velocity=None, overpressure=None, **report):
-        """Answers a step order. Solid: position and velocity [n, 3]; flow: overpressure [n]; neither
-        with idle=True."""
+    def send(self, position=None, velocity=None, overpressure=None, balance=None, **report):
+        """Answers a step order. Solid: position and velocity [n, 3]; flow: overpressure [n], and with several solids
+        balance [n_interfaces, 4] if it knows it: work J and impulse N s given to each; nothing with idle=True."""
         h = self.result(**report)
         parts = []
-        for values, bit in ((position, POSITION), (velocity, VELOCITY), (overpressure, OVERPRESSURE)):
+        if balance is not None:
+            h.n_interfaces = self.n_interfaces
+        for values, bit in ((position, POSITION), (velocity, VELOCITY), (overpressure, OVERPRESSURE), (balance, BALANCE)):
             if values is not None:
                 h.fields |= bit
                 parts.append(np.ascontiguousarray(values, dtype="<f8").tobytes())

@@ -40,7 +40,8 @@ class RigidBody:
         self.d, self.v = kept["d"], kept["v"]
 
     def force(self, load):
-        return self.free * forces(self.vertices, self.triangles, load).sum(axis=0)
+        by_vertex = load if load.ndim == 2 else forces(self.vertices, self.triangles, load)
+        return self.free * by_vertex.sum(axis=0)
 
     def advance(self, before, after, width, steps):
         """Velocity Verlet under a force linear in the window."""
@@ -61,7 +62,7 @@ def main():
     if options.check:
         return 0
     body = RigidBody(case, options)
-    serve("rigid.py 1", body, options, body.mass / body.area)
+    serve("rigid.py 1", body, options, body.mass / body.area, takes_force=True)
     return 0
 
 

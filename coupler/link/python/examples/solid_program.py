@@ -39,17 +39,19 @@ def read_case(options):
         return tomllib.load(file)
 
 
-def serve(name, solid, options, mass_per_area):
-    """Couples the solid until the coupler says it is over; checkpoints, rewinds, resumes."""
+def serve(name, solid, options, mass_per_area, takes_force=False):
+    """Couples the solid until the coupler says it is over; checkpoints, rewinds, resumes. `takes_force`: where the
+    flow has a mesh of its own, loads may be forces [n, 3]. OCU_SCATTERED: the mesh is sent without its triangles."""
     coupler = Participant("solid", name, int(os.environ["OCUBLAST_CASE_HASH"], 16))
-    coupler.send_mesh(name, solid.vertices, solid.triangles)
+    scattered = bool(os.environ.get("OCU_SCATTERED"))
+    coupler.send_mesh(name, solid.vertices, np.zeros((0, 3), int) if scattered else solid.triangles)
     window, time, load = 0, 0.0, np.zeros(len(solid.vertices))
     if options.resume:
         newest = max(p for p in (options.resume / "checkpoint").iterdir() if p.suffix != ".part")
         kept = dict(np.load(newest / "solid.npz"))
         window, time, load = int(kept.pop("window")), float(kept.pop("time")), kept.pop("load")
         solid.set_state(kept)
-    coupler.ready(solid.stable_step, window, time)
+    coupler.ready(solid.stable_step, window, time, takes_force=takes_force)
     begin = None
     for order in coupler.orders():
         if order.kind == "checkpoint":
@@ -61,7 +63,10 @@ def serve(name, solid, options, mass_per_area):
         if order.iteration > 1:
             solid.set_state(copy.deepcopy(begin[0]))
             load = begin[1]
-        after = np.zeros_like(load) if order.idle else order.overpressure.copy()
+        given = order.force if order.force is not None else order.overpressure
+        after = np.zeros_like(load) if order.idle else given.copy()
+        if load.ndim < after.ndim:  # nothing so far but zeros
+            load = np.zeros_like(after)
         before = load if order.load_linear else after
         clock = perf_counter()
         x, v, work, impulse = solid.advance(before, after, order.t_end - order.t_begin, order.steps)
