@@ -212,12 +212,8 @@ class Solvers(CouplerTest):
                 continue
             self.completed(*chosen, "--resume", self.path(scheme), out=scheme + "-resumed")
             resumed = self.rows(scheme + "-resumed")
-            at = head.index("impulse_solid_z_N_s")
-            again, whole = (sum(float(row.split(",")[at]) for row in part)
-                            for part in (resumed, self.rows(scheme)[-len(resumed):]))
             self.assertGreater(len(resumed), 3)
-            # Sent as overpressure, the load of this scene resumes to 1e-9, not bit for bit.
-            self.assertAlmostEqual(again, whole, delta=1e-6 * abs(whole))
+            self.assertEqual(resumed, self.rows(scheme)[-len(resumed):])
 
 
 def renew():
