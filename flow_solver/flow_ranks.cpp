@@ -34,7 +34,8 @@ void Flow::Core::set_ranks(const Ranks& all_ranks) {
   const bool nodal = state_depth(options) == 3;
   const bool strain = options.artificial_diffusivity &&
                       (options.sensor == Sensor::strain || (nodal && options.C_mu > 0.0));
-  ranks = std::make_unique<RankFlow>(RankPart(all_ranks, std::move(grid), boundaries, options.rank_blocks), scheme,
+  ranks = std::make_unique<RankFlow>(RankPart(all_ranks, std::move(grid), boundaries, options.rank_blocks,
+                                              options.rank_work), scheme,
                                      state_depth(options), strain, options.filter);
   grid = ranks->part.grid;
   boundaries = ranks->part.boundaries;

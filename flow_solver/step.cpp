@@ -39,7 +39,7 @@ constexpr double convection_limit = 1.32;
 constexpr double diffusion_limit = 2.6;
 
 /// Courant numbers at which the whole filter is applied once per step.
-constexpr double default_cfl = FlowOptions{}.cfl, default_cfl_direction = FlowOptions{}.cfl_direction;
+const double default_cfl = FlowOptions{}.cfl, default_cfl_direction = FlowOptions{}.cfl_direction;
 
 /// Nodes of a plane of which some twenty fields stay in the second cache (2^12 x 20 x 8 B = 0.7 MB).
 constexpr int cached_nodes = 4096;

@@ -16,6 +16,7 @@
 #include "flow_solver/grid/fields.hpp"
 #include "flow_solver/grid/grid.hpp"
 #include "flow_solver/immersed/immersed_boundary.hpp"
+#include "flow_solver/ranks/plane_work.hpp"
 
 namespace ocublast::flow {
 
@@ -78,6 +79,7 @@ struct FlowOptions {
   int active_margin = 16;                      ///< nodes between a disturbed one and the box's faces
   int threads = 1;
   std::array<int, 3> rank_blocks{};            ///< blocks along x, y, z under ranks; 0: the least area between them
+  PlaneWork rank_work;                         ///< what the blocks shall share equally; empty: the nodes
   bool time_passes = false;                    ///< take the processor time of the parts of a step
   std::string instruction_set;                 ///< "", "baseline", "avx2", "avx512"; "": best present
 };

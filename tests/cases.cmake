@@ -37,4 +37,8 @@ endif()
 if(TARGET flow_solver AND TARGET solid_solver AND TARGET coupler)
   ocublast_python_test(cases_alone verification verification 300)
   ocublast_python_test(cases_coupled coupled coupled 600)
+  ocublast_python_test(cases_flow_ranks coupled coupled 300)
+  add_test(NAME cases_flow_ranks_long COMMAND ${OCU_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/coupled/cases_flow_ranks.py long)
+  set_tests_properties(cases_flow_ranks_long PROPERTIES LABELS long TIMEOUT 600
+                       ENVIRONMENT "OCUBLAST_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
 endif()

@@ -34,5 +34,5 @@ target_include_directories(test_flow_ranks PRIVATE ${CMAKE_SOURCE_DIR})
 target_compile_definitions(test_flow_ranks PRIVATE FLOW_RANKS_RUN="$<TARGET_FILE:flow_ranks_run>"
                            FLOW_SOLVER="$<TARGET_FILE:flow_solver>")
 add_dependencies(test_flow_ranks flow_ranks_run flow_solver)
-ocublast_test(NAME test_flow_border_weights LABEL unit SOURCES unit/flow_border_weights.cpp
+ocublast_test(NAME test_flow_border_weights LABEL unit SOURCES unit/flow_border_weights.cpp unit/flow_rank_blocks.cpp
               LIBRARIES ocublast_flow_core)

@@ -14,6 +14,7 @@
 #include "flow_solver/io/body_surface.hpp"
 #include "flow_solver/io/csv_table.hpp"
 #include "flow_solver/io/piston_body.hpp"
+#include "flow_solver/io/plane_work.hpp"
 
 namespace ocublast::flow {
 namespace {
@@ -112,6 +113,21 @@ std::vector<Body> make_bodies(const FlowCase& flow_case, std::span<const link::I
   return bodies;
 }
 
+namespace {
+
+/// The flow's options; under ranks with the work that the bodies make of the grid.
+FlowOptions options_on_ranks(const Ranks& ranks, const FlowCase& flow_case, std::span<const link::InterfaceMesh> coupled) {
+  FlowOptions options = flow_case.options;
+  if (ranks.alone() || flow_case.bodies.empty()) return options;
+  const Grid grid = make_grid(flow_case.axes, flow_case.geometry);
+  ImmersedBoundary bodies(grid, options.gas, make_bodies(flow_case, coupled), flow_case.immersed);
+  static_cast<void>(bodies.update_topology({}));
+  options.rank_work = work_of_planes(grid, bodies);
+  return options;
+}
+
+}  // namespace
+
 FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
                  std::span<const link::InterfaceMesh> coupled_surfaces)
     : ranks_(&ranks),
@@ -119,7 +135,7 @@ FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line
       out_(line.out),
       log_(std::move(log)),
       quiet_(line.quiet || !ranks.root()),
-      flow_(make_grid(case_.axes, case_.geometry), case_.boundaries, case_.options, &ranks),
+      flow_(make_grid(case_.axes, case_.geometry), case_.boundaries, options_on_ranks(ranks, case_, coupled_surfaces), &ranks),
       probes_(flow_.grid(), case_.options.gas, case_.probes, case_.common.ambient_pressure),
       fields_(flow_.grid(), case_.options.gas,
               {.directory = line.out, .ambient_pressure = case_.common.ambient_pressure}, writer_),

@@ -6,6 +6,7 @@
 #include "coupler/base/ranks.hpp"
 #include "flow_solver/boundary/boundary.hpp"
 #include "flow_solver/grid/grid.hpp"
+#include "flow_solver/ranks/plane_work.hpp"
 
 namespace ocublast::flow {
 
@@ -28,12 +29,16 @@ struct RankBlocks {
 
 /// Cuts the grid into `n_ranks` blocks, by `wanted` if it is not zero, else with the least area between
 /// them; equal areas: along z rather than y rather than x, as messages along z travel during the sweeps.
-/// Throws CaseError when a block would have fewer than least_block nodes along a divided direction.
-[[nodiscard]] RankBlocks cut_grid(const Grid& grid, int n_ranks, const std::array<int, 3>& wanted);
+/// Where the work is given, blocks have equal work instead of equally many nodes, and borders that add
+/// work are moved or avoided. Throws CaseError when a block would have fewer than least_block nodes along
+/// a divided direction.
+[[nodiscard]] RankBlocks cut_grid(const Grid& grid, int n_ranks, const std::array<int, 3>& wanted,
+                                  const PlaneWork& work = {});
 
 /// This rank's part of a grid.
 struct RankPart {
-  RankPart(const Ranks& ranks, Grid grid, const Boundaries& boundaries, const std::array<int, 3>& wanted);
+  RankPart(const Ranks& ranks, Grid grid, const Boundaries& boundaries, const std::array<int, 3>& wanted,
+           const PlaneWork& work = {});
 
   const Ranks* ranks;
   Grid whole;
