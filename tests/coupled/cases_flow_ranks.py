@@ -1,5 +1,4 @@
-"""Coupled cases whose flow runs on two ranks, against the same on one. Quick: python3 cases_flow_ranks.py;
-with the eye: python3 cases_flow_ranks.py long."""
+"""Coupled cases whose flow runs on two ranks, against the same on one."""
 
 import csv
 import sys
@@ -48,8 +47,6 @@ class CoupledOnRanks(CaseRun):
         self.assert_same("globals.csv", ["mass_kg", "energy_J", "panel_force_x_N", "panel_power_W"])
         self.assert_same("coupling.csv", ["work_flow_J", "impulse_flow_x_N_s"])
 
-
-class EyeOnRanks(CoupledOnRanks):
     def test_blast_on_the_eye(self):
         # The charge stands 7 mm in front of the cornea instead of 55: the blast arrives within 30 steps.
         self.run_both("eye_pyrodex", "--set", "flow.burst.0.center_m=[0.0,0.0,0.035]", "--set", "time.end_s=8e-6")
@@ -57,12 +54,5 @@ class EyeOnRanks(CoupledOnRanks):
         self.assert_same("coupling.csv", ["work_flow_J", "impulse_flow_z_N_s"])
 
 
-def load_tests(loader, tests, pattern):
-    quick, long = CoupledOnRanks, EyeOnRanks
-    if "long" in sys.argv:
-        return unittest.TestSuite([long("test_blast_on_the_eye")])
-    return unittest.TestSuite([quick("test_shock_on_the_panel")])
-
-
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0]], verbosity=2)
+    unittest.main(verbosity=2)
