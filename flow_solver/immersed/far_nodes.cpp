@@ -53,10 +53,6 @@ NodeBox FarNodes::with_ghosts(const NodeBox& block) const {
   return box;
 }
 
-bool FarNodes::near_own(const std::array<std::int32_t, 3>& node, int margin) const {
-  return contains(wider(own_, margin), node[0], node[1], node[2]);
-}
-
 int FarNodes::owner(const std::array<std::int32_t, 3>& node) const {
   const auto at = std::find_if(blocks_.begin(), blocks_.end(),
                                [&](const NodeBox& b) { return contains(b, node[0], node[1], node[2]); });

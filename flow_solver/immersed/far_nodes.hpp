@@ -33,7 +33,12 @@ class FarNodes {
   /// This rank's block, without and with the domain's ghosts beside it.
   [[nodiscard]] const NodeBox& own() const { return own_; }
   /// Whether the node lies in this rank's block or at most `margin` nodes beyond.
-  [[nodiscard]] bool near_own(const std::array<std::int32_t, 3>& node, int margin) const;
+  [[nodiscard]] bool near_own(const std::array<std::int32_t, 3>& node, int margin) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (node[a] < own_.lo[a] - margin || node[a] >= own_.hi[a] + margin) return false;
+    }
+    return true;
+  }
   /// Rank that holds a node of the grid.
   [[nodiscard]] int owner(const std::array<std::int32_t, 3>& node) const;
 

@@ -9,12 +9,13 @@ namespace {
 
 // Work of what bodies bring, in round figures of that of a node of gas in a step (some 120 ns): a node in a body is passed
 // over by most kernels, one on a cut line goes through a transposed scratch; a wall end has four ghosts to
-// find, follow and interpolate in five passes. At a border the lines cut near it are summed one by one,
-// and the wall ends near it are looked after by both ranks.
+// find, follow and interpolate in five passes. At a border the lines cut near it are summed one by one
+// (some thousand of them take less than a thousandth of a step), and the wall ends near it are looked after
+// by both ranks.
 constexpr double body_node_work = 0.3;
 constexpr double cut_node_work = 0.4;
 constexpr double wall_end_work = 10.0;
-constexpr double cut_border_work = 30.0;
+constexpr double cut_border_work = 1.0;
 constexpr int cut_border_reach = 40;
 
 void add_work_of_lines(const Grid& grid, const CutLines& lines, std::size_t a, PlaneWork& work) {
