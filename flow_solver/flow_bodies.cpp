@@ -12,7 +12,7 @@
 #include "flow_solver/flow_core.hpp"
 #include "flow_solver/ranks/gather.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 bool is_mirrored(BoundaryKind kind) {
@@ -97,9 +97,9 @@ void Flow::Core::set_segments(int axis) {
   // Axes across in ascending order: lines are addressed (b, c).
   const int b_axis = axis == 0 ? 1 : 0, c_axis = axis == 2 ? 1 : 2;
   const int n_b = ctx.n[b_axis], n_c = ctx.n[c_axis];
-  std::fill(cut[a].begin(), cut[a].end(), std::uint8_t{0});
+  std::fill(cut[a].begin(), cut[a].end(), LaneBits{0});
   const auto stride = static_cast<std::size_t>(axis == 0 ? ctx.row_groups : ctx.tiles);
-  const auto group_of = [&](int b, int c) -> std::uint8_t& {
+  const auto group_of = [&](int b, int c) -> LaneBits& {
     return cut[a][static_cast<std::size_t>(c) * stride + static_cast<std::size_t>(b / tile_width)];
   };
   const std::array<int, 3> first = ranks ? ranks->part.begin : std::array<int, 3>{};
@@ -110,8 +110,8 @@ void Flow::Core::set_segments(int axis) {
                                    static_cast<std::size_t>(whole_b) +
                                static_cast<std::size_t>(b + first[static_cast<std::size_t>(b_axis)]);
       if (lines.cut[line] == 0) continue;
-      std::uint8_t& group = group_of(b, c);
-      group = static_cast<std::uint8_t>(group | 1U << (b % tile_width));
+      LaneBits& group = group_of(b, c);
+      group = static_cast<LaneBits>(group | 1U << (b % tile_width));
     }
   }
   if (ranks && ranks->flux[a]) {
@@ -138,7 +138,7 @@ void Flow::Core::set_segments(int axis) {
       if (!cut_to_block(axis, s)) continue;
       if (ranks && s.begin == 0 && s.end == ctx.n[axis] && s.wall_low < 0 && s.wall_high < 0) {
         // Within this block the line is whole.
-        std::uint8_t& bits = group_of(s.b, c);
+        LaneBits& bits = group_of(s.b, c);
         bits = static_cast<std::uint8_t>(bits & ~(1U << (s.b % tile_width)));
         continue;
       }
@@ -196,7 +196,7 @@ double Flow::Core::wall_dilatation(const WallNode& node, int k) const {
   const Block& w = ctx.W;
   const std::ptrdiff_t stride = node.axis == 0 ? 1 : (node.axis == 1 ? w.sj : w.sk);
   const int along = node.axis == 0 ? node.i : (node.axis == 1 ? node.j : k);
-  const double* beyond = w.data + node.i + node.j * w.sj + k * w.sk + node.side * stride;
+  const Real* beyond = w.data + node.i + node.j * w.sj + k * w.sk + node.side * stride;
   const double ghost = ctx.wall_ghost[node.axis][node.wall * n_ghost * n_primitive + prim_u + node.axis];
   return node.side * 0.5 * ctx.line[node.axis].inverse_jacobian[along] *
          (ghost - beyond[(prim_u + node.axis) * w.sf]);
@@ -205,7 +205,7 @@ double Flow::Core::wall_dilatation(const WallNode& node, int k) const {
 void Flow::Core::correct_dilatation(int k) {
   if (!bodies) return;
   for (const WallNode& node : wall_nodes[static_cast<std::size_t>(k)]) {
-    ctx.R.data[node.i + node.j * ctx.R.sj + k * ctx.R.sk] += wall_dilatation(node, k);
+    ctx.R.data[node.i + node.j * ctx.R.sj + k * ctx.R.sk] += static_cast<Real>(wall_dilatation(node, k));
   }
 }
 
@@ -213,7 +213,7 @@ void Flow::Core::correct_bulk(int k) {
   if (!bodies) return;
   const Block& w = ctx.W;
   // A mirrored ghost repeats the layer of its distance, another one the last node.
-  const auto spread = [&](int axis, int along, std::ptrdiff_t stride, double* at) {
+  const auto spread = [&](int axis, int along, std::ptrdiff_t stride, Real* at) {
     const LineView& line = ctx.line[axis];
     const int n = ctx.n[axis];
     if (line.periodic || !ctx.present[axis]) return;
@@ -223,8 +223,8 @@ void Flow::Core::correct_bulk(int k) {
     }
   };
   for (const WallNode& node : wall_nodes[static_cast<std::size_t>(k)]) {
-    double* at = w.data + node.i + node.j * w.sj + k * w.sk;
-    at[field_bulk * w.sf] -= at[field_beta * w.sf] * wall_dilatation(node, k);
+    Real* at = w.data + node.i + node.j * w.sj + k * w.sk;
+    at[field_bulk * w.sf] -= at[field_beta * w.sf] * static_cast<Real>(wall_dilatation(node, k));
     spread(0, node.i, 1, at + field_bulk * w.sf);
     spread(1, node.j, w.sj, at + field_bulk * w.sf);
   }
@@ -240,19 +240,19 @@ void Flow::Core::take_topology(bool convert) {
     for (int j = 0; j < ctx.n[1]; ++j) {
       std::size_t node = place_of(whole, first[0], j + first[1], k + first[2]);
       for (int t = 0; t < ctx.tiles; ++t) {
-        std::uint8_t bits = 0;
+        LaneBits bits = 0;
         const int count = std::min(tile_width, ctx.n[0] - t * tile_width);
         for (int l = 0; l < count; ++l, ++node) {
-          if (tags[node] == tag_fluid) bits = static_cast<std::uint8_t>(bits | (1 << l));
+          if (tags[node] == tag_fluid) bits = static_cast<LaneBits>(bits | (1 << l));
         }
-        std::uint8_t& old = fluid[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.tiles + t)];
+        LaneBits& old = fluid[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.tiles + t)];
         const unsigned changed = ~(static_cast<unsigned>(old) & bits);
         old = bits;
         if (!convert) continue;
         for (int l = 0; l < count; ++l) {
           if (((changed >> l) & 1u) == 0) continue;
           const int i = t * tile_width + l;
-          const double* w = ctx.W.data + i + j * ctx.W.sj + k * ctx.W.sk;
+          const Real* w = ctx.W.data + i + j * ctx.W.sj + k * ctx.W.sk;
           const double rho = w[0], T = w[4 * ctx.W.sf];
           store_state(i, j, k, {rho, w[ctx.W.sf], w[2 * ctx.W.sf], w[3 * ctx.W.sf], pressure(gas, rho, T)});
         }
@@ -288,8 +288,8 @@ void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
   if (c.ctx.nodal_stress) {
     // Cut lines form their stress from velocity gradients.
     c.G = FieldMemory(c.grid, n_stresses + n_gradients, true);
-    const std::span<double> all = c.G.all();
-    std::fill(all.begin(), all.end(), 0.0);
+    const std::span<Real> all = c.G.all();
+    std::fill(all.begin(), all.end(), Real{0});
     c.ctx.G = c.G.block();
   }
   c.take_topology(true);

@@ -3,16 +3,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
+#include <utility>
 
 #include "flow_solver/flow_core.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Nodes around the start's disturbance: the filter spreads a jump over the whole line in the first
 /// step, falling by 0.70 per node at alpha 0.47 (root of a z^2 + z + a); to a tenth of the tolerance.
 int start_margin(double tolerance) {
   return static_cast<int>(std::ceil(std::log(0.1 * std::min(tolerance, 0.1)) / std::log(0.70)));
+}
+
+/// The values as kernels read them: themselves, or rounded into the copy.
+template <class T>
+const Real* stored_values(const std::vector<T>& values, std::vector<Real>& copy) {
+  if constexpr (std::is_same_v<Real, T>) {
+    return values.data();
+  } else {
+    copy.assign(values.begin(), values.end());
+    return copy.data();
+  }
 }
 
 int down_to_tile(int i) { return i / tile_width * tile_width; }
@@ -30,11 +43,12 @@ void Flow::Core::set_box(const std::array<int, 3>& new_lo, const std::array<int,
     const auto end = [&](std::size_t face, bool inner) {
       return inner ? LineEnd::ghosted : line_end(boundaries[face].kind);
     };
-    box_table[a] = make_line_table(hi[a] - lo[a], end(2 * a, lo[a] > 0),
-                                   end(2 * a + 1, hi[a] < grid.axis[a].n), scheme);
-  }
-  if (radial.power > 0 && !box_table[0].flux.empty()) {
-    box_radial_table = make_radial_table(box_table[0], radial.power, lo[0] == 0 && grid.axis[0].min == 0.0);
+    LineTable plain = make_line_table(hi[a] - lo[a], end(2 * a, lo[a] > 0),
+                                      end(2 * a + 1, hi[a] < grid.axis[a].n), scheme);
+    if (radial.power > 0 && a == 0) {
+      box_radial_table = stored(make_radial_table(plain, radial.power, lo[0] == 0 && grid.axis[0].min == 0.0));
+    }
+    box_table[a] = stored(std::move(plain));
   }
   if (bodies) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -48,8 +62,9 @@ void Flow::Core::refresh_box() {
   if (bodies) {
     // The ghosts may have moved in memory when they were computed.
     for (int axis = 0; axis < 3; ++axis) {
-      ctx.wall_ghost[axis] = bodies->lines(axis).ghost.data();
-      ctx.wall_motion[axis] = bodies->lines(axis).wall_motion.data();
+      const auto a = static_cast<std::size_t>(axis);
+      ctx.wall_ghost[axis] = stored_values(bodies->lines(axis).ghost, wall_ghost[a]);
+      ctx.wall_motion[axis] = stored_values(bodies->lines(axis).wall_motion, wall_motion[a]);
     }
   }
   box = ctx;
@@ -77,7 +92,7 @@ void Flow::Core::refresh_box() {
     v.jacobian += lo[a];
     v.filter_inverse_jacobian += lo[a];
     if (n == grid.axis[a].n) continue;
-    const LineTable& t = box_table[a];
+    const StoredTable& t = box_table[a];
     v.n = n;
     v.face_begin = t.face_begin;
     v.face_end = t.face_end;
@@ -89,7 +104,7 @@ void Flow::Core::refresh_box() {
     if (lo[a] > 0) box.from_mirror[a] = box.from_ghost[a];
   }
   if (radial.power > 0) {
-    for (const double** p : {&box.radial.node_weight, &box.radial.inverse_volume, &box.radial.face_area,
+    for (const Real** p : {&box.radial.node_weight, &box.radial.inverse_volume, &box.radial.face_area,
                              &box.radial.power_over_r}) {
       *p += lo[0];
     }
@@ -119,7 +134,7 @@ bool Flow::Core::face_disturbs(std::size_t face) const {
 
 bool Flow::Core::disturbed(int i, int j, int k) const {
   const State& q = options.quiescent;
-  const double* w = ctx.W.data + i + j * ctx.W.sj + k * ctx.W.sk;
+  const Real* w = ctx.W.data + i + j * ctx.W.sj + k * ctx.W.sk;
   const Gas& gas = options.gas;
   const double T = q.p / (q.rho * gas.gas_constant), c = sound_speed(gas, T), tol = options.active_tolerance;
   const double u = w[ctx.W.sf] - q.u, v = w[2 * ctx.W.sf] - q.v, ww = w[3 * ctx.W.sf] - q.w;
@@ -190,7 +205,7 @@ bool Flow::Core::layer_disturbed(int axis, int at) const {
   for (int k = from[2]; k < to[2]; ++k) {
     for (int j = from[1]; j < to[1]; ++j) {
       for (int i = from[0]; i < to[0]; ++i) {
-        const std::uint8_t bits = fluid[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.mask_tiles + i / tile_width)];
+        const LaneBits bits = fluid[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.mask_tiles + i / tile_width)];
         if (((bits >> (i % tile_width)) & 1) != 0 && disturbed(i, j, k)) return true;
       }
     }

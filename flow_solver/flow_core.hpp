@@ -19,7 +19,7 @@
 #include "flow_solver/ranks/rank_flow.hpp"
 #include "flow_solver/step.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// A pressure ratio in the whole field above this is a fresh charge.
 inline constexpr double fresh_ratio = 100.0;
@@ -36,7 +36,7 @@ struct WallNode {
   std::ptrdiff_t wall = 0;
 };
 
-/// Cut segments of one direction in batches of eight, grouped by the line index c.
+/// Cut segments of one direction in batches of a tile, grouped by the line index c.
 struct SegmentBatches {
   std::vector<SegmentBatch> batch;
   std::vector<std::size_t> begin;  ///< [n_c + 1] first batch of each c
@@ -55,7 +55,7 @@ struct Flow::Core {
   Context ctx;  ///< the whole grid
   Context box;  ///< the part that is computed: ctx with shifted pointers
   std::array<int, 3> lo{}, hi{};  ///< nodes [lo, hi) of the box
-  std::array<LineTable, 3> box_table;
+  std::array<StoredTable, 3> box_table;
   void set_box(const std::array<int, 3>& new_lo, const std::array<int, 3>& new_hi);
   void refresh_box();
   /// Smallest box around all disturbed nodes, or the whole grid without the option.
@@ -68,18 +68,20 @@ struct Flow::Core {
   [[nodiscard]] bool layer_disturbed(int axis, int at) const;
   PassClock clock;
   FieldMemory W, R, Q, A, G;
-  std::array<LineTable, 3> table, table_from_ghost, table_from_mirror, table_from_known;
-  std::array<LineMetric, 3> metric;
-  RadialMetric radial;
-  LineTable radial_table, box_radial_table;
+  std::array<StoredTable, 3> table, table_from_ghost, table_from_mirror, table_from_known;
+  std::array<StoredMetric, 3> metric;
+  StoredRadialMetric radial;
+  StoredTable radial_table, box_radial_table;
   std::vector<FieldMemory> scratch;          ///< per thread
   std::vector<FieldMemory> plane_scratch;    ///< per thread, the x part of a plane's divergence
 
-  std::vector<std::uint8_t> fluid, mark, failed;
-  std::array<std::vector<std::uint8_t>, 3> cut, line_marked;
+  std::vector<LaneBits> fluid;
+  std::vector<std::uint8_t> mark, failed;
+  std::array<std::vector<LaneBits>, 3> cut, line_marked;
+  std::array<std::vector<Real>, 3> wall_ghost, wall_motion;  ///< of the cut lines, where Real is not double
   std::vector<std::uint8_t> kept_mark;  ///< marks at the start of the step
-  std::vector<double> mark_copy;  ///< marks as numbers, for checkpoints
-  std::vector<double> box_copy;   ///< lo and hi as numbers, for checkpoints
+  std::vector<Real> mark_copy;  ///< marks as numbers, for checkpoints
+  std::vector<Real> box_copy;   ///< lo and hi as numbers, for checkpoints
   std::vector<PlaneMaxima> maxima;
   std::unique_ptr<BodiesInFlow> bodies;
   std::array<SegmentBatches, 3> segments;
@@ -98,7 +100,7 @@ struct Flow::Core {
   void set_segments(int axis);
   /// A segment of the whole grid as far as it lies in this rank's block, counted there; false: it does not.
   [[nodiscard]] bool cut_to_block(int axis, Segment& segment) const;
-  /// A batch of up to eight segments.
+  /// A batch of up to a tile of segments.
   [[nodiscard]] SegmentBatch batch_of(int axis, std::span<const Segment> group) const;
   /// Moves the segments of a line index c all of whose ends have ghosts from the group into batches of
   /// neighbouring lines of a tile.
@@ -111,7 +113,7 @@ struct Flow::Core {
   void correct_bulk(int k);
 
   void store_state(int i, int j, int k, const State& s);
-  [[nodiscard]] FieldsView<double> view_of(const Block& block, bool with_bulk) const;
+  [[nodiscard]] FieldsView<Real> view_of(const Block& block, bool with_bulk) const;
   void fill_padding();
   /// Domain ghosts of the primitives at the time `now`.
   void fill_ghosts();
@@ -153,6 +155,8 @@ struct Flow::Core {
   /// Ghosts, artificial diffusivity and step limits of the current state.
   void prepare();
   [[nodiscard]] bool fresh_charge() const;
+  /// Pressure [Pa] of the quiescent gas as kernels form it (Context::rest_pressure), for this step.
+  [[nodiscard]] double rest_pressure() const;
 
   // Marks.
   void age_marks();
@@ -171,7 +175,7 @@ struct Flow::Core {
   /// The same of the second scheme (flow_muscl.cpp).
   [[nodiscard]] bool run_stages_muscl(double t, double dt, bool repair, StepReport& report);
   void sweep_planes_muscl();
-  void set_radial();
+  void set_radial(const LineTable& plain);
   /// Rate [1/s] of convection in the cells at r = 0, whose one face is (m + 1)/2 times larger against
   /// their volume than that of a slab.
   [[nodiscard]] double convection_at_axis() const;
@@ -179,10 +183,10 @@ struct Flow::Core {
   [[nodiscard]] double convective_step(double cfl, double cfl_direction) const;
   /// The kernels of a stage that every scheme has (kernel.hpp says what each does).
   struct StageKernels {
-    void (*sweep_x)(const Context&, double* scratch, int k, int g0, int g1);
-    void (*sweep_y)(const Context&, double* scratch, int k, int t0, int t1);
-    void (*sweep_segments)(const Context&, double* scratch, int axis, const SegmentBatch&);
-    long (*update_row)(const Context&, double* scratch, int j);
+    void (*sweep_x)(const Context&, Real* scratch, int k, int g0, int g1);
+    void (*sweep_y)(const Context&, Real* scratch, int k, int t0, int t1);
+    void (*sweep_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&);
+    long (*update_row)(const Context&, Real* scratch, int j);
   };
   [[nodiscard]] StageKernels stage_kernels() const {
     if (muscl != nullptr) return {muscl->sweep_x, muscl->sweep_y, muscl->sweep_segments, muscl->update_row};
@@ -197,7 +201,7 @@ struct Flow::Core {
   /// x and y sweeps where there is only one plane: threads share its lines.
   void sweep_lines_of_plane();
   [[nodiscard]] long update_rows();
-  [[nodiscard]] long filter_plane(double* own, int k);
+  [[nodiscard]] long filter_plane(Real* own, int k);
   void filter_one_plane();
   [[nodiscard]] long finish_planes();
   void restore();

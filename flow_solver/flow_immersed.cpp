@@ -4,15 +4,15 @@
 
 #include "flow_solver/step.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 class ImmersedBodies final : public BodiesInFlow {
  public:
   explicit ImmersedBodies(ImmersedBoundary& boundary) : boundary_(&boundary) {}
   void move_to(double t) override { boundary_->move_to(t); }
-  void compute_ghosts(FieldsView<double> W) override { boundary_->compute_ghosts(W); }
-  TopologyReport update_topology(FieldsView<double> W) override { return boundary_->update_topology(W); }
+  void compute_ghosts(FieldsView<Real> W) override { boundary_->compute_ghosts(W); }
+  TopologyReport update_topology(FieldsView<Real> W) override { return boundary_->update_topology(W); }
   [[nodiscard]] const CutLines& lines(int axis) const override { return boundary_->lines(axis); }
   [[nodiscard]] std::span<const std::uint8_t> tags() const override { return boundary_->tags(); }
 

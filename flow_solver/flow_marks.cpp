@@ -9,7 +9,7 @@
 #include "coupler/base/errors.hpp"
 #include "flow_solver/flow_core.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 // Steps that a mark lives: one for a premark, three after a failure (shorter ones fail again).
@@ -36,8 +36,8 @@ void Flow::Core::premark_impacts() {
   for (int k = lo[2]; k < hi[2]; ++k) {
     for (const WallNode& node : wall_nodes[static_cast<std::size_t>(k)]) {
       if (node.i < lo[0] || node.i >= hi[0] || node.j < lo[1] || node.j >= hi[1]) continue;
-      const double* w = ctx.W.data + node.i + node.j * ctx.W.sj + k * ctx.W.sk;
-      const double* wall = ctx.wall_motion[node.axis] + 6 * node.wall;
+      const Real* w = ctx.W.data + node.i + node.j * ctx.W.sj + k * ctx.W.sk;
+      const Real* wall = ctx.wall_motion[node.axis] + 6 * node.wall;
       double normal[3] = {wall[0], wall[1], wall[2]};
       // A wall without slip gives no normal: its line's direction serves.
       if (normal[0] == 0.0 && normal[1] == 0.0 && normal[2] == 0.0) normal[node.axis] = -node.side;
@@ -58,7 +58,7 @@ void Flow::Core::premark_impacts() {
 bool Flow::Core::jumps(int i, int j, int k) const {
   const Block& block = ctx.W;
   const double gas_constant = options.gas.gas_constant;
-  const double* w = block.data + i + j * block.sj + k * block.sk;
+  const Real* w = block.data + i + j * block.sj + k * block.sk;
   const double p = w[0] * gas_constant * w[prim_T * block.sf];
   const unsigned walls = wall_sides.empty() ? 0u : wall_sides[mark_index(i, j, k)];
   const std::ptrdiff_t stride[3] = {1, block.sj, block.sk};
@@ -66,7 +66,7 @@ bool Flow::Core::jumps(int i, int j, int k) const {
     if (!ctx.present[a]) continue;
     for (int side = -1; side <= 1; side += 2) {
       if ((walls >> (2 * a + (side > 0 ? 1 : 0)) & 1u) != 0) continue;
-      const double* at = w + side * stride[a];
+      const Real* at = w + side * stride[a];
       const double other = at[0] * gas_constant * at[prim_T * block.sf];
       const double low = std::min(p, other), high = std::max(p, other);
       if (high > options.premark_ratio * low) return true;
@@ -153,7 +153,7 @@ void Flow::Core::mark_beyond_borders() {
 }
 
 void Flow::Core::set_line_marks() {
-  for (auto& flags : line_marked) std::fill(flags.begin(), flags.end(), std::uint8_t{0});
+  for (auto& flags : line_marked) std::fill(flags.begin(), flags.end(), LaneBits{0});
   ctx.any_mark = false;
   const int n0 = ctx.n[0], n1 = ctx.n[1], n2 = ctx.n[2];
   const std::uint8_t* m = mark.data();
@@ -162,10 +162,10 @@ void Flow::Core::set_line_marks() {
       if (std::none_of(m, m + n0, [](std::uint8_t b) { return b != 0; })) continue;
       ctx.any_mark = true;
       line_marked[0][static_cast<std::size_t>(k * ctx.row_groups + j / tile_width)] |=
-          static_cast<std::uint8_t>(1 << (j % tile_width));
+          static_cast<LaneBits>(1 << (j % tile_width));
       for (int i = 0; i < n0; ++i) {
         if (m[i] == 0) continue;
-        const auto bit = static_cast<std::uint8_t>(1 << (i % tile_width));
+        const auto bit = static_cast<LaneBits>(1 << (i % tile_width));
         line_marked[1][static_cast<std::size_t>(k * ctx.tiles + i / tile_width)] |= bit;
         line_marked[2][static_cast<std::size_t>(j * ctx.tiles + i / tile_width)] |= bit;
       }
@@ -204,8 +204,8 @@ std::size_t Flow::Core::repair_failures(bool final_state) {
         const double w[5] = {rho, u[0], u[1], u[2], p / (rho * options.gas.gas_constant)};
         const double lifted[5] = {rho, rho * u[0], rho * u[1], rho * u[2], p / (gamma - 1.0) + rho * kinetic};
         for (int v = 0; v < 5; ++v) {
-          ctx.W.data[v * ctx.W.sf + i + j * ctx.W.sj + k * ctx.W.sk] = w[v];
-          if (final_state) ctx.A.data[v * ctx.A.sf + i + j * ctx.A.sj + k * ctx.A.sk] = lifted[v];
+          ctx.W.data[v * ctx.W.sf + i + j * ctx.W.sj + k * ctx.W.sk] = static_cast<Real>(w[v]);
+          if (final_state) ctx.A.data[v * ctx.A.sf + i + j * ctx.A.sj + k * ctx.A.sk] = static_cast<Real>(lifted[v]);
         }
       }
     }

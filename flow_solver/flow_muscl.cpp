@@ -8,12 +8,12 @@
 
 #include "flow_solver/flow_core.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 void Flow::Core::sweep_planes_muscl() {
 #pragma omp parallel num_threads(options.threads)
   {
-    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
 #pragma omp for schedule(static)
     for (int k = 0; k < box.n[2]; ++k) {
       muscl->sweep_plane(box, own, k);
@@ -56,7 +56,7 @@ double Flow::Core::convection_at_axis() const {
   double worst = 0.0;
   const Block& w = ctx.W;
   for (int j = lo[1]; j < hi[1]; ++j) {
-    const double* at = w.data + j * w.sj;
+    const Real* at = w.data + j * w.sj;
     // The flux between the first two cells moves with the faster of them.
     double along = 0.0, across = 0.0;
     for (int i = 0; i < 2; ++i) {

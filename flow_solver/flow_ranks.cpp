@@ -11,7 +11,7 @@
 #include "coupler/base/errors.hpp"
 #include "flow_solver/flow_core.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Layers of the primitives beyond a border that are read: two by the fourth differences of the sensors,
@@ -105,7 +105,7 @@ void Flow::Core::sum_borders(const std::array<std::unique_ptr<BorderSums>, 3>& s
   const int groups = axis == 0 ? box.row_groups : box.tiles;
 #pragma omp parallel num_threads(options.threads)
   {
-    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
 #pragma omp for schedule(static)
     for (int c = 0; c < count; ++c) {
       for (const BorderSum& sum : of_axis->sums()) kernel(box, own, axis, sum, c, 0, groups);
@@ -209,7 +209,7 @@ long Flow::Core::finish_on_ranks() {
     return sum;
   };
   long failures = 0;
-  const auto filter_cut = [&](double* own, int axis, int c) {
+  const auto filter_cut = [&](Real* own, int axis, int c) {
     const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
     if (s.begin.empty()) return;
     const auto at = static_cast<std::size_t>(c);
@@ -219,7 +219,7 @@ long Flow::Core::finish_on_ranks() {
     const bool split = r.part.split(2);
     if (split) know_borders(2);
     if (split || !segments[2].batch.empty()) {
-      for_all(box.n[1], [&](double* own, int j) {
+      for_all(box.n[1], [&](Real* own, int j) {
         if (split) kernels->filter_z(box, own, j);
         filter_cut(own, 2, j);
         return 0L;
@@ -228,13 +228,13 @@ long Flow::Core::finish_on_ranks() {
   }
   if (box.filter && (r.part.split(0) || r.part.split(1))) {
     know_borders(0);
-    for_all(n2, [&](double* own, int k) {
+    for_all(n2, [&](Real* own, int k) {
       kernels->filter_x(box, own, k, 0, box.row_groups);
       filter_cut(own, 0, k);
       return 0L;
     });
     know_borders(1);
-    failures = for_all(n2, [&](double* own, int k) {
+    failures = for_all(n2, [&](Real* own, int k) {
       if (box.present[1]) {
         kernels->filter_y(box, own, k, 0, box.tiles);
         filter_cut(own, 1, k);
@@ -242,7 +242,7 @@ long Flow::Core::finish_on_ranks() {
       return kernels->finish_plane(box, k);
     });
   } else {
-    failures = for_all(n2, [&](double* own, int k) {
+    failures = for_all(n2, [&](Real* own, int k) {
       return box.filter ? filter_plane(own, k) : kernels->finish_plane(box, k);
     });
   }
@@ -257,11 +257,11 @@ void Flow::Core::share_marks() {
   r.conserved.finish(ctx.Q);
   r.marked = r.exchange_bits([&](int i, int j, int k) { return mark[mark_index(i, j, k)] != 0; });
   for (std::size_t a = 0; a < 3; ++a) {
-    const auto take = [&](KnownEnd& end, const std::vector<std::uint8_t>& bits) {
+    const auto take = [&](KnownEnd& end, const std::vector<LaneBits>& bits) {
       if (end.flux == nullptr) return;
       end.marked = bits.data();
       std::transform(bits.begin(), bits.end(), line_marked[a].begin(), line_marked[a].begin(),
-                     [](std::uint8_t b, std::uint8_t own) { return static_cast<std::uint8_t>(b | own); });
+                     [](LaneBits b, LaneBits own) { return static_cast<LaneBits>(b | own); });
     };
     take(ctx.line[a].known_low, r.marked[a][0]);
     take(ctx.line[a].known_high, r.marked[a][1]);

@@ -11,7 +11,7 @@
 #include "flow_solver/flow_core.hpp"
 #include "flow_solver/grid/make_grid.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 struct KernelSet {
@@ -78,13 +78,13 @@ double wall_inverse_spacing(const Axis& axis, bool low) {
 WallEnd wall_end(const Boundary& b, const Axis& axis, bool low) {
   WallEnd end;
   if (b.kind != BoundaryKind::wall) return end;
-  std::copy(b.wall.velocity.begin(), b.wall.velocity.end(), end.velocity);
+  for (std::size_t a = 0; a < 3; ++a) end.velocity[a] = static_cast<Real>(b.wall.velocity[a]);
   end.temperature = b.wall.temperature;
   end.inverse_spacing = wall_inverse_spacing(axis, low);
   return end;
 }
 
-void set_view(LineView& view, const LineTable& t) {
+void set_view(LineView& view, const StoredTable& t) {
   view.n = t.n;
   view.face_begin = t.face_begin;
   view.face_end = t.face_end;
@@ -128,6 +128,7 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
   }
   if (all_ranks != nullptr && !all_ranks->alone()) set_ranks(*all_ranks);
   if (options.threads < 1) options.threads = 1;
+  options.active_tolerance = std::max(options.active_tolerance, least_active_tolerance);
   clock.on = options.time_passes;
   const KernelSet set = choose_kernels(options.instruction_set);
   kernels = set.kernels;
@@ -160,21 +161,21 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
   Grid plane = grid;
   plane.axis[2] = make_absent_axis();
   for (int t = 0; t < options.threads; ++t) {
-    scratch.emplace_back(kernels->scratch_doubles(ctx));
+    scratch.emplace_back(kernels->scratch_size(ctx));
     plane_scratch.emplace_back(plane, n_primitive, false);
   }
   // Each thread touches its own scratch and its part of the fields first.
 #pragma omp parallel for schedule(static, 1) num_threads(options.threads)
   for (int t = 0; t < options.threads; ++t) {
     for (const FieldMemory* m : {&scratch[static_cast<std::size_t>(t)], &plane_scratch[static_cast<std::size_t>(t)]}) {
-      std::fill(m->all().begin(), m->all().end(), 0.0);
+      std::fill(m->all().begin(), m->all().end(), Real{0});
     }
   }
   for (const FieldMemory* m : {&W, &R, &Q, &A, &G}) {
-    const std::span<double> all = m->all();
+    const std::span<Real> all = m->all();
     const auto count = static_cast<std::ptrdiff_t>(all.size());
 #pragma omp parallel for schedule(static) num_threads(options.threads)
-    for (std::ptrdiff_t i = 0; i < count; ++i) all[static_cast<std::size_t>(i)] = 0.0;
+    for (std::ptrdiff_t i = 0; i < count; ++i) all[static_cast<std::size_t>(i)] = Real{0};
   }
 }
 
@@ -182,29 +183,31 @@ void Flow::Core::set_tables() {
   const LineScheme scheme{.eighth_order = options.scheme == Scheme::compact8,
                           .filter_alpha = options.filter_alpha};
   for (std::size_t a = 0; a < 3; ++a) {
-    metric[a] = make_line_metric(grid.axis[a]);
+    metric[a] = stored(make_line_metric(grid.axis[a]));
     const LineEnd low = line_end(boundaries[2 * a].kind), high = line_end(boundaries[2 * a + 1].kind);
     const int n = grid.axis[a].n;
-    table[a] = make_line_table(n, low, high, scheme);
-    table_from_ghost[a] = make_line_table(n + 8, LineEnd::ghosted, LineEnd::ghosted, scheme);
+    LineTable plain = make_line_table(n, low, high, scheme);
+    if (a == 0) set_radial(plain);
+    table[a] = stored(std::move(plain));
+    table_from_ghost[a] = stored(make_line_table(n + 8, LineEnd::ghosted, LineEnd::ghosted, scheme));
     const LineEnd mirror = low == LineEnd::held_wall ? low : LineEnd::mirrored_slip;
-    table_from_mirror[a] = make_line_table(n + 8, mirror, LineEnd::ghosted, scheme);
+    table_from_mirror[a] = stored(make_line_table(n + 8, mirror, LineEnd::ghosted, scheme));
     if (low == LineEnd::known) {
-      LineTable& t = table_from_known[a] = make_line_table(n + 8, LineEnd::known, LineEnd::ghosted, scheme);
+      LineTable t = make_line_table(n + 8, LineEnd::known, LineEnd::ghosted, scheme);
       // Segments walk from face -3 on: up to the first solved row, all hand on the value they start with.
       const auto repeat = [](std::vector<double>& rows, int size) {
         for (int j = 0; j < table_offset; ++j) std::copy_n(rows.begin() + table_offset * size, size, rows.begin() + j * size);
       };
       repeat(t.flux, flux_row_size);
       repeat(t.filter, filter_row_size);
+      table_from_known[a] = stored(std::move(t));
     }
   }
-  set_radial();
   ctx.flux_end = make_flux_end_rows(scheme);
   ctx.filter_end = make_filter_end_rows(scheme);
 }
 
-void Flow::Core::set_radial() {
+void Flow::Core::set_radial(const LineTable& plain) {
   if (grid.geometry == Geometry::cartesian) return;
   const Axis& r = grid.axis[0];
   const bool one_dimensional = grid.geometry != Geometry::axisymmetric;
@@ -220,8 +223,8 @@ void Flow::Core::set_radial() {
     throw CaseError("flow.boundary.x_min: a radius cannot be periodic");
   }
   const auto mirrored = [&](std::size_t face) { return lane_end(boundaries[face]) != LaneEnd::domain_ghost; };
-  radial = make_radial_metric(grid, mirrored(0), mirrored(1));
-  radial_table = make_radial_table(table[0], radial.power, r.min == 0.0);
+  radial = stored(make_radial_metric(grid, mirrored(0), mirrored(1)));
+  radial_table = stored(make_radial_table(plain, radial.power, r.min == 0.0));
 }
 
 void Flow::Core::set_context() {
@@ -298,11 +301,11 @@ void Flow::Core::set_context() {
 void Flow::Core::set_masks_without_bodies() {
   const auto n1 = static_cast<std::size_t>(ctx.n[1]), n2 = static_cast<std::size_t>(ctx.n[2]);
   const auto tiles = static_cast<std::size_t>(ctx.tiles), groups = static_cast<std::size_t>(ctx.row_groups);
-  fluid.assign(n2 * n1 * tiles, 0xff);
+  fluid.assign(n2 * n1 * tiles, static_cast<LaneBits>(all_lanes));
   const int rest = ctx.n[0] % tile_width;
   if (rest != 0) {
     for (std::size_t row = 0; row < n1 * n2; ++row) {
-      fluid[row * tiles + tiles - 1] = static_cast<std::uint8_t>((1 << rest) - 1);
+      fluid[row * tiles + tiles - 1] = static_cast<LaneBits>((1 << rest) - 1);
     }
   }
   const std::size_t sizes[3] = {n2 * groups, n2 * tiles, n1 * tiles};
@@ -328,10 +331,10 @@ void Flow::Core::store_state(int i, int j, int k, const State& s) {
                                s.p / (gas.heat_capacity_ratio - 1.0) +
                                    0.5 * s.rho * (s.u * s.u + s.v * s.v + s.w * s.w)};
   for (int f = 0; f < n_primitive; ++f) {
-    ctx.W.data[f * ctx.W.sf + i + j * ctx.W.sj + k * ctx.W.sk] = value[f];
+    ctx.W.data[f * ctx.W.sf + i + j * ctx.W.sj + k * ctx.W.sk] = static_cast<Real>(value[f]);
     // Both buffers: outside the active box they are never exchanged for new values.
-    ctx.Q.data[f * ctx.Q.sf + i + j * ctx.Q.sj + k * ctx.Q.sk] = conserved[f];
-    ctx.A.data[f * ctx.A.sf + i + j * ctx.A.sj + k * ctx.A.sk] = conserved[f];
+    ctx.Q.data[f * ctx.Q.sf + i + j * ctx.Q.sj + k * ctx.Q.sk] = static_cast<Real>(conserved[f]);
+    ctx.A.data[f * ctx.A.sf + i + j * ctx.A.sj + k * ctx.A.sk] = static_cast<Real>(conserved[f]);
   }
 }
 
@@ -341,8 +344,8 @@ void Flow::Core::fill_padding() {
   for (int k = 0; k < ctx.n[2]; ++k) {
     for (int j = 0; j < ctx.n[1]; ++j) {
       for (int f = 0; f < n_primitive; ++f) {
-        double* q = ctx.Q.data + f * ctx.Q.sf + j * ctx.Q.sj + k * ctx.Q.sk;
-        double* w = ctx.W.data + f * ctx.W.sf + j * ctx.W.sj + k * ctx.W.sk;
+        Real* q = ctx.Q.data + f * ctx.Q.sf + j * ctx.Q.sj + k * ctx.Q.sk;
+        Real* w = ctx.W.data + f * ctx.W.sf + j * ctx.W.sj + k * ctx.W.sk;
         for (int i = n; i < end; ++i) {
           q[i] = q[n - 1];
           w[i] = w[n - 1];
@@ -407,16 +410,16 @@ std::string_view Flow::instruction_set() const {
 }
 
 static_assert(artificial_pressure_field == field_bulk);
-FieldsView<double> Flow::Core::view_of(const Block& b, bool with_bulk) const {
+FieldsView<Real> Flow::Core::view_of(const Block& b, bool with_bulk) const {
   // Indices are those of the whole grid.
   const std::array<int, 3> first = ranks ? ranks->part.begin : std::array<int, 3>{};
   return {b.data - (first[0] + first[1] * b.sj + first[2] * b.sk), b.sf, b.sj, b.sk, with_bulk};
 }
 
-FieldsView<double> Flow::primitives() { return core_->view_of(core_->ctx.W, core_->ctx.bulk); }
-FieldsView<const double> Flow::primitives() const { return core_->view_of(core_->ctx.W, core_->ctx.bulk); }
-FieldsView<double> Flow::conserved() { return core_->view_of(core_->ctx.Q, false); }
-FieldsView<const double> Flow::conserved() const { return core_->view_of(core_->ctx.Q, false); }
+FieldsView<Real> Flow::primitives() { return core_->view_of(core_->ctx.W, core_->ctx.bulk); }
+FieldsView<const Real> Flow::primitives() const { return core_->view_of(core_->ctx.W, core_->ctx.bulk); }
+FieldsView<Real> Flow::conserved() { return core_->view_of(core_->ctx.Q, false); }
+FieldsView<const Real> Flow::conserved() const { return core_->view_of(core_->ctx.Q, false); }
 
 void Flow::set_state(const std::function<State(double, double, double)>& state) {
   const Grid& g = grid();
@@ -479,7 +482,7 @@ Totals Flow::totals() const {
         for (int l = 0; l < tile_width; ++l) {
           w[l] = ((bits >> l) & 1u) != 0 ? width[static_cast<std::size_t>(t * tile_width + l)] : 0.0;
         }
-        const double* q = x.Q.data + t * tile_width + j * x.Q.sj + k * x.Q.sk;
+        const Real* q = x.Q.data + t * tile_width + j * x.Q.sj + k * x.Q.sk;
         for (int f = 0; f < 5; ++f) {
           for (int l = 0; l < tile_width; ++l) lane[f][l] += w[l] * q[f * x.Q.sf + l];
         }
@@ -504,8 +507,8 @@ Totals Flow::totals() const {
 std::vector<CheckpointPart> Flow::checkpoint() {
   Core& c = *core_;
   c.mark_copy.assign(c.mark.begin(), c.mark.end());
-  c.box_copy = {static_cast<double>(c.lo[0]), static_cast<double>(c.lo[1]), static_cast<double>(c.lo[2]),
-                static_cast<double>(c.hi[0]), static_cast<double>(c.hi[1]), static_cast<double>(c.hi[2])};
+  c.box_copy = {static_cast<Real>(c.lo[0]), static_cast<Real>(c.lo[1]), static_cast<Real>(c.lo[2]),
+                static_cast<Real>(c.hi[0]), static_cast<Real>(c.hi[1]), static_cast<Real>(c.hi[2])};
   return {{"primitives", c.W.all()}, {"conserved", c.Q.all()}, {"marks", c.mark_copy}, {"active_box", c.box_copy}};
 }
 
@@ -536,7 +539,7 @@ void Flow::restored_nodes(const std::array<int, 6>& active_box) {
   c.box_copy.clear();
   for (std::size_t a = 0; a < 6; ++a) {
     const int whole = a < 3 ? 0 : c.ctx.n[a - 3];
-    c.box_copy.push_back(static_cast<double>(part ? active_box[a] : whole));
+    c.box_copy.push_back(static_cast<Real>(part ? active_box[a] : whole));
   }
   restored();
 }

@@ -18,7 +18,7 @@
 #include "flow_solver/boundary/domain_ghosts.hpp"
 #include "flow_solver/flow_core.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 // A step that needs more tries than this will not be cured by more marks: each adds a layer.
@@ -42,7 +42,11 @@ constexpr double diffusion_limit = 2.6;
 const double default_cfl = FlowOptions{}.cfl, default_cfl_direction = FlowOptions{}.cfl_direction;
 
 /// Nodes of a plane of which some twenty fields stay in the second cache (2^12 x 20 x 8 B = 0.7 MB).
-constexpr int cached_nodes = 4096;
+constexpr int cached_nodes = 4096 * 8 / static_cast<int>(sizeof(Real));
+
+/// Momentum fluxes leave out the pressure at rest where no node has less than this part of it: below, the
+/// difference would cost the node digits.
+constexpr double most_rest_pressure = 16.0;
 
 constexpr double stage_time[4] = {0.0, 0.5, 0.5, 1.0};
 
@@ -88,6 +92,15 @@ double Flow::Core::convective_step(double cfl, double cfl_direction) const {
 
 bool Flow::Core::fresh_charge() const { return p_max > fresh_ratio * p_min; }
 
+double Flow::Core::rest_pressure() const {
+  if (!is_single || radial.power > 0) return 0.0;  // a radius takes the pressure as a plain gradient
+  const State& s = options.quiescent;
+  const double gas_constant = options.gas.gas_constant;
+  const Real p = static_cast<Real>(s.rho) * static_cast<Real>(gas_constant) *
+                 static_cast<Real>(s.p / (s.rho * gas_constant));
+  return p < most_rest_pressure * p_min ? p : 0.0;
+}
+
 int Flow::Core::rows_per_block() const {
   return std::max(tile_width, cached_nodes / box.n[0] / tile_width * tile_width);
 }
@@ -97,7 +110,7 @@ void Flow::Core::for_row_blocks(const Body& body) {
   const int rows = rows_per_block();
 #pragma omp parallel num_threads(options.threads)
   {
-    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
     for (int j0 = 0; j0 < box.n[1]; j0 += rows) {
 #pragma omp for schedule(static) nowait
       for (int k = 0; k < box.n[2]; ++k) body(own, k, j0, std::min(box.n[1], j0 + rows));
@@ -138,6 +151,7 @@ void Flow::Core::prepare() {
   convection = std::max(convection, at_axis);
   fastest = std::max(fastest, at_axis);
   share_maxima();
+  ctx.rest_pressure = box.rest_pressure = rest_pressure();
   diffusion = 0.0;
   ctx.cap = (fresh_charge() ? nu_cap_fresh : nu_cap) / convective_step(options.cfl, options.cfl_direction);
   box.cap = ctx.cap;
@@ -149,9 +163,9 @@ void Flow::Core::prepare() {
     };
     fill_scalars(ctx.R, fields({0}, 3), ScalarGhosts::differences);
     // The nine planes of the average pass through the cache several times: by rows that fit.
-    for_row_blocks([&](double*, int k, int j0, int j1) { kernels->sensor_rows(box, k, j0, j1); });
+    for_row_blocks([&](Real*, int k, int j0, int j1) { kernels->sensor_rows(box, k, j0, j1); });
     fill_scalars(ctx.R, fields({1, 2}, 4), ScalarGhosts::average);
-    for_row_blocks([&](double* own, int k, int j0, int j1) {
+    for_row_blocks([&](Real* own, int k, int j0, int j1) {
       kernels->diffusivity_rows(box, own, k, j0, j1, maxima[static_cast<std::size_t>(k)]);
     });
     for (const PlaneMaxima& m : maxima) diffusion = std::max(diffusion, m.diffusion);
@@ -208,7 +222,7 @@ void Flow::Core::sweep_planes() {
 #pragma omp parallel num_threads(options.threads)
   {
     const auto thread = static_cast<std::size_t>(omp_get_thread_num());
-    double* own = scratch[thread].data();
+    Real* own = scratch[thread].data();
     Lap lap(clock);
     Context plane = box;
     if (box.present[1]) {
@@ -283,7 +297,7 @@ void Flow::Core::sweep_lines_of_plane() {
   const StageKernels sweeps = stage_kernels();
 #pragma omp parallel num_threads(options.threads)
   {
-    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
 #pragma omp for schedule(static)
     for (int g = 0; g < box.row_groups; ++g) sweeps.sweep_x(box, own, 0, g, g + 1);
     for (int axis = 0; axis < 2; ++axis) {
@@ -304,7 +318,7 @@ long Flow::Core::update_rows() {
   const SegmentBatches& s = segments[2];
 #pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : failures)
   for (int j = 0; j < box.n[1]; ++j) {
-    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
     if (!s.begin.empty()) {
       const auto c = static_cast<std::size_t>(j);
       for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
@@ -317,7 +331,7 @@ long Flow::Core::update_rows() {
 }
 
 /// Filter along x and y of one plane, then its primitives while it is in the cache.
-long Flow::Core::filter_plane(double* own, int k) {
+long Flow::Core::filter_plane(Real* own, int k) {
   const auto run = [&](int axis) {
     const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
     if (s.begin.empty()) return;
@@ -337,7 +351,7 @@ long Flow::Core::filter_plane(double* own, int k) {
 void Flow::Core::filter_one_plane() {
 #pragma omp parallel num_threads(options.threads)
   {
-    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
 #pragma omp for schedule(static)
     for (int g = 0; g < box.row_groups; ++g) kernels->filter_x(box, own, 0, g, g + 1);
     for (int axis = 0; axis < 2; ++axis) {
@@ -360,7 +374,7 @@ long Flow::Core::finish_planes() {
   long failures = 0;
 #pragma omp parallel num_threads(options.threads) reduction(+ : failures) if (n2 > 1)
   {
-    double* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
     if (box.filter) {
 #pragma omp for schedule(static)
       for (std::size_t b = 0; b < z.size(); ++b) kernels->filter_segments(box, own, 2, z[b]);

@@ -18,15 +18,15 @@
 #include "flow_solver/immersed/immersed_boundary.hpp"
 #include "flow_solver/ranks/plane_work.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// What a step needs of immersed bodies; ImmersedBoundary behind it in a run, simpler ones in tests.
 class BodiesInFlow {
  public:
   virtual ~BodiesInFlow() = default;
   virtual void move_to(double t) = 0;
-  virtual void compute_ghosts(FieldsView<double> W) = 0;
-  virtual TopologyReport update_topology(FieldsView<double> W) = 0;
+  virtual void compute_ghosts(FieldsView<Real> W) = 0;
+  virtual TopologyReport update_topology(FieldsView<Real> W) = 0;
   [[nodiscard]] virtual const CutLines& lines(int axis) const = 0;
   [[nodiscard]] virtual std::span<const std::uint8_t> tags() const = 0;
 };
@@ -84,6 +84,10 @@ struct FlowOptions {
   std::string instruction_set;                 ///< "", "baseline", "avx2", "avx512"; "": best present
 };
 
+/// What `active_tolerance` is raised to at least: in single precision density, velocity and temperature of
+/// gas at rest are known to a few roundings of 6e-8, and what a front radiates ahead of itself is as large.
+inline constexpr double least_active_tolerance = is_single ? 1e-6 : 0.0;
+
 /// What a step did; counts are printed, never silent.
 struct StepReport {
   double dt = 0.0;                 ///< s, the step taken: the wanted one, always
@@ -107,7 +111,7 @@ struct Totals {
 /// Part of what a bit-exact resume needs.
 struct CheckpointPart {
   std::string_view name;
-  std::span<double> values;
+  std::span<Real> values;
 };
 
 /// Compressible flow on a Cartesian grid: sixth-order compact differences in flux form, RK4,
@@ -140,11 +144,11 @@ class Flow {
   [[nodiscard]] std::string_view instruction_set() const;
 
   /// rho, u, v, w, T at nodes and ghosts.
-  [[nodiscard]] FieldsView<double> primitives();
-  [[nodiscard]] FieldsView<const double> primitives() const;
+  [[nodiscard]] FieldsView<Real> primitives();
+  [[nodiscard]] FieldsView<const Real> primitives() const;
   /// rho, rho u, rho v, rho w, E at nodes (no ghosts in y and z).
-  [[nodiscard]] FieldsView<const double> conserved() const;
-  [[nodiscard]] FieldsView<double> conserved();
+  [[nodiscard]] FieldsView<const Real> conserved() const;
+  [[nodiscard]] FieldsView<Real> conserved();
 
   /// State of every node of this rank from a function of its position.
   void set_state(const std::function<State(double x, double y, double z)>& state);
@@ -176,7 +180,7 @@ class Flow {
   /// Processor seconds by pass (pass_clock.hpp) of the first thread since the start; all zero without
   /// FlowOptions::time_passes.
   [[nodiscard]] std::span<const double> pass_seconds() const;
-  /// Nodes with first-order fluxes in the last step, [k, j, n_x rounded up to 8] of this rank's block.
+  /// Nodes with first-order fluxes in the last step, [k, j, n_x rounded up to a tile] of this rank's block.
   [[nodiscard]] std::span<const std::uint8_t> marks() const;
 
   /// Everything beside the time that a resumed run needs; valid until the next step. After writing

@@ -6,7 +6,7 @@
 #include "flow_solver/boundary/open_ends.hpp"
 #include "flow_solver/grid/fields.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 // Quadratic through the wall's value and the first two nodes, at ghost layers 0 to 3 (half an index
@@ -80,20 +80,20 @@ NodeState open_state(const EndOfLines& end, const NodeState& node, const NodeSta
   }
 }
 
-void fill_open_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
+void fill_open_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
   const int n = end.grid->axis[static_cast<std::size_t>(end.axis)].n;
   const std::ptrdiff_t last = (end.low ? 0 : n - 1) * stride;
   const NodeState constant = node_state(*end.gas, end.boundary->state);
   const bool varies = end.boundary->incoming != nullptr;
   for (int i = 0; i < count; ++i) {
-    const double* at = node0 + last + i;
+    const Real* at = node0 + last + i;
     const NodeState node{at[0], {at[sf], at[2 * sf], at[3 * sf]}, at[4 * sf]};
     NodeState s = varies ? node : open_state(end, node, constant);
     for (int layer = 0; layer < n_ghost; ++layer) {
       if (varies) s = open_state(end, node, node_state(*end.gas, incoming_at(end, i, layer)));
       const double value[5] = {s.rho, s.u[0], s.u[1], s.u[2], s.T};
-      double* ghost = node0 + (end.low ? -1 - layer : n + layer) * stride + i;
-      for (int f = 0; f < n_primitive; ++f) ghost[f * sf] = value[f];
+      Real* ghost = node0 + (end.low ? -1 - layer : n + layer) * stride + i;
+      for (int f = 0; f < n_primitive; ++f) ghost[f * sf] = static_cast<Real>(value[f]);
     }
   }
 }
@@ -109,15 +109,15 @@ double beyond_wall(double wall, double first, double second, double mirrored, in
 
 /// No-slip or isothermal wall: pressure even, temperature and tangential velocity through their wall
 /// values, mass flux odd to round-off.
-void fill_wall_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
+void fill_wall_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
   const int n = end.grid->axis[static_cast<std::size_t>(end.axis)].n;
   const Wall& wall = end.boundary->wall;
   const std::ptrdiff_t inwards = end.low ? stride : -stride;
   for (int i = 0; i < count; ++i) {
-    double* first = node0 + (end.low ? 0 : n - 1) * stride + i;
+    Real* first = node0 + (end.low ? 0 : n - 1) * stride + i;
     for (int layer = 0; layer < n_ghost; ++layer) {
-      const double* from = first + layer * inwards;
-      double* to = first - (1 + layer) * inwards;
+      const Real* from = first + layer * inwards;
+      Real* to = first - (1 + layer) * inwards;
       const double T = from[4 * sf];
       double ghost_T = T;
       if (wall.temperature > 0.0) {
@@ -125,28 +125,29 @@ void fill_wall_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std:
                            least_temperature * std::min(T, wall.temperature));
       }
       const double rho = from[0] * T / ghost_T;
-      to[0] = rho;
-      to[4 * sf] = ghost_T;
+      to[0] = static_cast<Real>(rho);
+      to[4 * sf] = static_cast<Real>(ghost_T);
       for (int a = 0; a < 3; ++a) {
         const std::ptrdiff_t f = (prim_u + a) * sf;
-        if (a == end.axis) to[f] = -from[f] * (from[0] / rho);
+        if (a == end.axis) to[f] = static_cast<Real>(-from[f] * (from[0] / rho));
         else if (wall.slip) to[f] = from[f];
-        else to[f] = beyond_wall(wall.velocity[static_cast<std::size_t>(a)], first[f], first[f + inwards], from[f], layer);
+        else to[f] = static_cast<Real>(
+                 beyond_wall(wall.velocity[static_cast<std::size_t>(a)], first[f], first[f + inwards], from[f], layer));
       }
     }
   }
 }
 
-void fill_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
+void fill_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
   const BoundaryKind kind = end.boundary->kind;
   if (is_open(kind)) return fill_open_end(end, node0, sf, stride, count);
   if (kind == BoundaryKind::wall) return fill_wall_end(end, node0, sf, stride, count);
   const int n = end.grid->axis[static_cast<std::size_t>(end.axis)].n;
   for (int f = 0; f < n_primitive; ++f) {
-    const double sign = kind == BoundaryKind::symmetry && f == prim_u + end.axis ? -1.0 : 1.0;
+    const Real sign = kind == BoundaryKind::symmetry && f == prim_u + end.axis ? Real{-1} : Real{1};
     for (int layer = 0; layer < n_ghost; ++layer) {
-      const double* from = node0 + f * sf + source_of(kind, end.low, layer, n) * stride;
-      double* to = node0 + f * sf + (end.low ? -1 - layer : n + layer) * stride;
+      const Real* from = node0 + f * sf + source_of(kind, end.low, layer, n) * stride;
+      Real* to = node0 + f * sf + (end.low ? -1 - layer : n + layer) * stride;
       for (int i = 0; i < count; ++i) to[i] = sign * from[i];
     }
   }
@@ -155,7 +156,7 @@ void fill_end(const EndOfLines& end, double* node0, std::ptrdiff_t sf, std::ptrd
 /// Calls fill(axis, node 0 of the first line, stride, number of neighbouring lines) for all lines of one
 /// axis beside the box: x-lines, or rows with their x ghosts, or planes with both.
 template <class Fill>
-void fill_ends_of(int axis, const Grid& grid, const NodeBox& box, double* data, const Block& b, int threads,
+void fill_ends_of(int axis, const Grid& grid, const NodeBox& box, Real* data, const Block& b, int threads,
                   const Fill& fill) {
   if (!grid.axis[static_cast<std::size_t>(axis)].present) return;
   const int first = box.lo[0] - n_ghost;
@@ -175,7 +176,7 @@ void fill_ends_of(int axis, const Grid& grid, const NodeBox& box, double* data, 
 
 }  // namespace
 
-void DomainGhosts::fill(int axis, bool low, double* node0, std::array<int, 3> node, std::ptrdiff_t stride,
+void DomainGhosts::fill(int axis, bool low, Real* node0, std::array<int, 3> node, std::ptrdiff_t stride,
                         int count) const {
   const auto a = static_cast<std::size_t>(axis);
   if (!grid_.axis[a].present || (low ? box_.lo[axis] > 0 : box_.hi[axis] < grid_.axis[a].n)) return;
@@ -203,7 +204,7 @@ void DomainGhosts::fill_x(int k, int j0, int j1) const {
   for (const bool low : {true, false}) {
     if (low ? box_.lo[0] > 0 : box_.hi[0] < grid_.axis[0].n) continue;
     if (const std::optional<OutflowEnd> end = outflow_end(0, low)) {
-      double* node = W_.data + (low ? 0 : grid_.axis[0].n - 1) + j0 * W_.sj + k * W_.sk;
+      Real* node = W_.data + (low ? 0 : grid_.axis[0].n - 1) + j0 * W_.sj + k * W_.sk;
       kernels_.outflow_columns(*end, node, W_.sf, W_.sj, low ? -1 : 1, j1 - j0);
       continue;
     }
@@ -253,15 +254,15 @@ void DomainGhosts::fill_all_z(int threads) const {
 
 void fill_scalar_ghosts(const Grid& grid, const Boundaries& boundaries, const NodeBox& box,
                         const Block& block, int field, int axis_to_fill, int threads) {
-  const auto fill = [&](int axis, double* node0, std::ptrdiff_t stride, int count) {
+  const auto fill = [&](int axis, Real* node0, std::ptrdiff_t stride, int count) {
     const int n = grid.axis[static_cast<std::size_t>(axis)].n;
     for (int side = 0; side < 2; ++side) {
       if (side == 0 ? box.lo[axis] > 0 : box.hi[axis] < n) continue;
       const BoundaryKind kind = boundaries[static_cast<std::size_t>(2 * axis + side)].kind;
       if (kind == BoundaryKind::neighbour) continue;
       for (int layer = 0; layer < n_ghost; ++layer) {
-        const double* from = node0 + source_of(kind, side == 0, layer, n) * stride;
-        double* to = node0 + (side == 0 ? -1 - layer : n + layer) * stride;
+        const Real* from = node0 + source_of(kind, side == 0, layer, n) * stride;
+        Real* to = node0 + (side == 0 ? -1 - layer : n + layer) * stride;
         for (int i = 0; i < count; ++i) to[i] = from[i];
       }
     }

@@ -9,7 +9,7 @@
 #include "flow_solver/grid/grid.hpp"
 #include "flow_solver/numerics/kernel.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Fills four ghost nodes of the primitives beyond the ends that a box has in common with the grid, at
 /// time t.
@@ -32,7 +32,7 @@ class DomainGhosts {
   void fill_all_z(int threads) const;
 
  private:
-  void fill(int axis, bool low, double* node0, std::array<int, 3> node, std::ptrdiff_t stride, int count) const;
+  void fill(int axis, bool low, Real* node0, std::array<int, 3> node, std::ptrdiff_t stride, int count) const;
   /// The end as the kernels take it, if they can.
   [[nodiscard]] std::optional<OutflowEnd> outflow_end(int axis, bool low) const;
   const Grid& grid_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 NodeState node_state(const Gas& gas, const State& s) {
   return {.rho = s.rho, .u = {s.u, s.v, s.w}, .T = s.p / (s.rho * gas.gas_constant)};

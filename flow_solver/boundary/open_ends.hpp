@@ -2,8 +2,9 @@
 
 #include "flow_solver/boundary/boundary.hpp"
 #include "flow_solver/gas/gas.hpp"
+#include "flow_solver/grid/precision.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Primitive values at a node: rho, u, v, w, T.
 struct NodeState {

@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include "flow_solver/grid/precision.hpp"
+
 namespace ocublast::flow {
 
 /// Primitive variables in the order of storage: density kg/m^3, velocity m/s, temperature K.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 constexpr int channel_far = 30;  ///< of RankExchange, apart from the flow's own (rank_flow.cpp)
@@ -87,7 +87,7 @@ void FarNodes::plan(std::span<const NodeBox> bodies) {
     if (is_empty(box)) return;
     std::size_t size = n_fields;
     for (int d = 0; d < 3; ++d) size *= static_cast<std::size_t>(box.hi[d] - box.lo[d]);
-    list.push_back({box, peer, std::vector<double>(size)});
+    list.push_back({box, peer, std::vector<Real>(size)});
   };
   for (int r = 0; r < ranks_->size(); ++r) {
     if (r == own) continue;
@@ -100,12 +100,12 @@ void FarNodes::plan(std::span<const NodeBox> bodies) {
   exchange_ = std::make_unique<RankExchange>(*ranks_, channel_far, sends, receives);
 }
 
-void FarNodes::fetch(FieldsView<const double> W) {
+void FarNodes::fetch(FieldsView<const Real> W) {
   const int fields = W.artificial_pressure ? n_fields : n_fields - 1;
   for (Piece& p : outgoing_) {
     for (int k = p.box.lo[2]; k < p.box.hi[2]; ++k) {
       for (int j = p.box.lo[1]; j < p.box.hi[1]; ++j) {
-        double* to = p.data.data() + p.offset(p.box.lo[0], j, k);
+        Real* to = p.data.data() + p.offset(p.box.lo[0], j, k);
         for (int f = 0; f < fields; ++f) std::copy_n(&W(f, p.box.lo[0], j, k), p.row(), to + f * p.row());
       }
     }

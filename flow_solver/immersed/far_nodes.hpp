@@ -12,7 +12,7 @@
 #include "flow_solver/grid/fields.hpp"
 #include "flow_solver/grid/grid.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Nodes beyond a rank's block that its walls look at. A ghost reaches four nodes past the end of its
 /// line, its foot and image lie within eight of there.
@@ -46,10 +46,10 @@ class FarNodes {
   /// nodes, may reach beyond the grid). The same on all ranks; nothing happens where nothing changed.
   void plan(std::span<const NodeBox> bodies);
   /// Brings the fields of W [n_primitive, and the artificial pressure where W has it]. Collective.
-  void fetch(FieldsView<const double> W);
+  void fetch(FieldsView<const Real> W);
 
   struct Place {
-    const double* at = nullptr;  ///< field 0; null: the node is this rank's own
+    const Real* at = nullptr;  ///< field 0; null: the node is this rank's own
     std::ptrdiff_t stride = 0;
   };
   /// NaN where the node was not asked for.
@@ -67,7 +67,7 @@ class FarNodes {
   struct Piece {
     NodeBox box{};
     int peer = 0;
-    std::vector<double> data;
+    std::vector<Real> data;
     [[nodiscard]] std::ptrdiff_t row() const { return box.hi[0] - box.lo[0]; }
     [[nodiscard]] std::ptrdiff_t offset(int i, int j, int k) const {
       const std::ptrdiff_t rows = box.hi[1] - box.lo[1];
@@ -82,19 +82,19 @@ class FarNodes {
   NodeBox own_{}, own_with_ghosts_{};
   std::vector<NodeBox> planned_;
   std::vector<Piece> pieces_, outgoing_;
-  std::unique_ptr<double> nowhere_ = std::make_unique<double>(std::numeric_limits<double>::quiet_NaN());
+  std::unique_ptr<Real> nowhere_ = std::make_unique<Real>(std::numeric_limits<Real>::quiet_NaN());
   std::unique_ptr<RankExchange> exchange_;
 };
 
 /// The primitives at any node: this rank's own, or fetched ones.
 struct GasNodes {
-  GasNodes(FieldsView<const double> own, const FarNodes* far_nodes = nullptr) : W(own), far(far_nodes) {}
-  GasNodes(FieldsView<double> own, const FarNodes* far_nodes = nullptr) : W(own), far(far_nodes) {}
-  FieldsView<const double> W;
+  GasNodes(FieldsView<const Real> own, const FarNodes* far_nodes = nullptr) : W(own), far(far_nodes) {}
+  GasNodes(FieldsView<Real> own, const FarNodes* far_nodes = nullptr) : W(own), far(far_nodes) {}
+  FieldsView<const Real> W;
   const FarNodes* far;  ///< null: this rank has the whole grid
 
   struct Place {
-    const double* at;  ///< field 0
+    const Real* at;  ///< field 0
     std::ptrdiff_t stride;
   };
   [[nodiscard]] Place operator()(int i, int j, int k) const {

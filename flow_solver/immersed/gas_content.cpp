@@ -2,7 +2,7 @@
 
 #include "flow_solver/immersed/scan_conversion.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Face below node i; the domain's own at its ends.

@@ -7,7 +7,7 @@
 #include "flow_solver/immersed/immersed_boundary.hpp"
 #include "flow_solver/immersed/line_cutting.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Integrated along the cut lines, from the last face to the wall with the end node's state; mean over
 /// the present directions, each of which sees the whole surface. Error: second order in the spacing

@@ -82,15 +82,15 @@ struct ImmersedBoundary::State {
     const bool narrow_gaps = cut.n_thin > 0 && cut.smallest_gap > 0.0 && cut.smallest_gap < narrow;
     return {grid, cut.tag, cut.thin_cut, narrow_gaps};
   }
-  [[nodiscard]] ReadOut read_out(FieldsView<const double> W) const {
+  [[nodiscard]] ReadOut read_out(FieldsView<const Real> W) const {
     if (far) far->fetch(W);
     return {.nodes = nodes(), .bodies = bodies, .W = {W, far.get()}, .gas = gas, .transport = options.transport};
   }
   void plan_exchange();
   [[nodiscard]] WallState wall_state(const Foot& foot) const;
-  void fill_ghosts(int axis, FieldsView<double> W);
-  void fill_fresh_nodes(FieldsView<double> W, const Topology& old);
-  [[nodiscard]] bool rebuild(const NodeIndex& node, const Foot& foot, FieldsView<double> W) const;
+  void fill_ghosts(int axis, FieldsView<Real> W);
+  void fill_fresh_nodes(FieldsView<Real> W, const Topology& old);
+  [[nodiscard]] bool rebuild(const NodeIndex& node, const Foot& foot, FieldsView<Real> W) const;
 };
 
 WallState ImmersedBoundary::State::wall_state(const Foot& foot) const {
@@ -105,7 +105,7 @@ WallState ImmersedBoundary::State::wall_state(const Foot& foot) const {
   return wall;
 }
 
-void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
+void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<Real> W) {
   const auto& walls = topology.cut.walls[axis];
   auto& ghosts = topology.ghosts[axis];
   auto& values = topology.cut.lines[axis].ghost;
@@ -146,7 +146,7 @@ void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<double> W) {
 /// Pressure and temperature of the image one spacing in front of the wall, normal velocity linear
 /// between the two.
 bool ImmersedBoundary::State::rebuild(const NodeIndex& node, const Foot& foot,
-                                      FieldsView<double> W) const {
+                                      FieldsView<Real> W) const {
   const FluidNodes view = nodes();
   const double h = view.spacing(foot.normal, node);
   // The node itself must not serve: it is what is being rebuilt. Only neighbours farther out do.
@@ -170,13 +170,13 @@ bool ImmersedBoundary::State::rebuild(const NodeIndex& node, const Foot& foot,
   const WallState wall = wall_state(foot);
   const double reach = std::clamp(-foot.depth / h, 0.0, 1.0);
   const Vec3 u = image.u - (1.0 - reach) * dot(image.u - wall.velocity, foot.normal) * foot.normal;
-  W(prim_rho, node[0], node[1], node[2]) = density(gas, image.p, image.T);
-  for (int a = 0; a < 3; ++a) W(prim_u + a, node[0], node[1], node[2]) = u[a];
-  W(prim_T, node[0], node[1], node[2]) = image.T;
+  W(prim_rho, node[0], node[1], node[2]) = static_cast<Real>(density(gas, image.p, image.T));
+  for (int a = 0; a < 3; ++a) W(prim_u + a, node[0], node[1], node[2]) = static_cast<Real>(u[a]);
+  W(prim_T, node[0], node[1], node[2]) = static_cast<Real>(image.T);
   return true;
 }
 
-void ImmersedBoundary::State::fill_fresh_nodes(FieldsView<double> W, const Topology& old) {
+void ImmersedBoundary::State::fill_fresh_nodes(FieldsView<Real> W, const Topology& old) {
   const auto& tag = topology.cut.tag;
   std::size_t n = 0;
   for (int k = 0; k < grid.axis[2].n; ++k) {
@@ -250,7 +250,7 @@ void ImmersedBoundary::move_to(double t) {
   state_->bodies.move_to(t);
 }
 
-TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
+TopologyReport ImmersedBoundary::update_topology(FieldsView<Real> W) {
   State& s = *state_;
   if (s.has_topology && !s.bodies.moved()) {
     s.report.fresh_nodes = s.report.rebuilt_nodes = 0;
@@ -287,7 +287,7 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<double> W) {
   return s.report;
 }
 
-void ImmersedBoundary::compute_ghosts(FieldsView<double> W) {
+void ImmersedBoundary::compute_ghosts(FieldsView<Real> W) {
   State& s = *state_;
   if (s.far) s.far->fetch(W);
   for (int axis = 0; axis < 3; ++axis) s.fill_ghosts(axis, W);
@@ -296,8 +296,8 @@ void ImmersedBoundary::compute_ghosts(FieldsView<double> W) {
     if (s.far && !s.far->near_own(b.node, 0)) continue;
     const double* value =
         &s.topology.cut.lines[b.axis].ghost[static_cast<std::size_t>(b.ghost) * n_primitive];
-    double* node = &W(0, b.node[0], b.node[1], b.node[2]);
-    for (int f = 0; f < n_primitive; ++f) node[f * W.stride_f] = value[f];
+    Real* node = &W(0, b.node[0], b.node[1], b.node[2]);
+    for (int f = 0; f < n_primitive; ++f) node[f * W.stride_f] = static_cast<Real>(value[f]);
   }
 }
 
@@ -332,7 +332,7 @@ double ImmersedBoundary::wall_step_limit() const {
   return limit;
 }
 
-void ImmersedBoundary::read_overpressure(FieldsView<const double> W, std::size_t b,
+void ImmersedBoundary::read_overpressure(FieldsView<const Real> W, std::size_t b,
                                          double ambient_pressure,
                                          std::span<double> at_vertices) const {
   const State& s = *state_;
@@ -340,19 +340,19 @@ void ImmersedBoundary::read_overpressure(FieldsView<const double> W, std::size_t
   spread_to_vertices(s.grid, s.bodies[b], facets, at_vertices);
 }
 
-void ImmersedBoundary::read_force(FieldsView<const double> W, std::size_t b, double ambient_pressure,
+void ImmersedBoundary::read_force(FieldsView<const Real> W, std::size_t b, double ambient_pressure,
                                   std::span<double> at_vertices) const {
   const State& s = *state_;
   spread_forces(s.bodies[b], read_facets(s.read_out(W), b, ambient_pressure, ReadShear::yes), at_vertices);
 }
 
-void ImmersedBoundary::read_shear(FieldsView<const double> W, std::size_t b,
+void ImmersedBoundary::read_shear(FieldsView<const Real> W, std::size_t b,
                                   std::span<double> at_vertices) const {
   const State& s = *state_;
   spread_shear(s.grid, s.bodies[b], read_facets(s.read_out(W), b, 0.0, ReadShear::yes), at_vertices);
 }
 
-WallCells ImmersedBoundary::wall_cells(FieldsView<const double> W) const {
+WallCells ImmersedBoundary::wall_cells(FieldsView<const Real> W) const {
   const FarNodes* far = state_->far.get();
   WallCells cells = integrate_wall_cells(state_->grid, state_->topology.cut, {W, far}, state_->gas);
   if (far != nullptr) {
@@ -363,7 +363,7 @@ WallCells ImmersedBoundary::wall_cells(FieldsView<const double> W) const {
   return cells;
 }
 
-BodyLoad ImmersedBoundary::load(FieldsView<const double> W, std::size_t b,
+BodyLoad ImmersedBoundary::load(FieldsView<const Real> W, std::size_t b,
                                 double ambient_pressure) const {
   const State& s = *state_;
   return integrate_load(s.bodies[b], read_facets(s.read_out(W), b, ambient_pressure, ReadShear::yes));

@@ -91,6 +91,8 @@ struct ImmersedOptions {
   WallTransport transport;
 };
 
+inline namespace OCU_PRECISION {
+
 /// Bodies immersed in a Cartesian grid: tags, cut lines, ghost states, surface pressure. Works with
 /// as many threads as OpenMP gives a parallel region (omp_set_num_threads); results do not depend
 /// on their number. One step of the flow solver: move_to(t of the stage) and compute_ghosts(W)
@@ -128,10 +130,10 @@ class ImmersedBoundary {
   void move_to(double t);
 
   /// Crossings, tags, segments and feet for the current wall; fills fresh nodes of W.
-  TopologyReport update_topology(FieldsView<double> W);
+  TopologyReport update_topology(FieldsView<Real> W);
   /// Ghost states of all wall ends and the values of band nodes, from W and the current wall.
   /// Domain ghosts of W must be filled.
-  void compute_ghosts(FieldsView<double> W);
+  void compute_ghosts(FieldsView<Real> W);
 
   [[nodiscard]] const CutLines& lines(int axis) const;
   [[nodiscard]] std::span<const std::uint8_t> tags() const;  ///< NodeTag [n_k, n_j, n_i]
@@ -142,18 +144,18 @@ class ImmersedBoundary {
 
   /// Overpressure [Pa] (p - ambient) at the vertices of body b, modified by rho a_n s; 0 where
   /// buried.
-  void read_overpressure(FieldsView<const double> W, std::size_t b, double ambient_pressure,
+  void read_overpressure(FieldsView<const Real> W, std::size_t b, double ambient_pressure,
                          std::span<double> at_vertices) const;
   /// Forces [n, 3], N, at its vertices from the same read-out, of pressure and shear: see spread_forces.
-  void read_force(FieldsView<const double> W, std::size_t b, double ambient_pressure,
+  void read_force(FieldsView<const Real> W, std::size_t b, double ambient_pressure,
                   std::span<double> at_vertices) const;
   /// Load on body b from the same read-out, integrated over the exposed part of its facets.
-  [[nodiscard]] BodyLoad load(FieldsView<const double> W, std::size_t b,
+  [[nodiscard]] BodyLoad load(FieldsView<const Real> W, std::size_t b,
                               double ambient_pressure) const;
   /// Tractions [Pa] of shear at the vertices of body b, [n_vertices, 3]; zero at slip walls.
-  void read_shear(FieldsView<const double> W, std::size_t b, std::span<double> at_vertices) const;
+  void read_shear(FieldsView<const Real> W, std::size_t b, std::span<double> at_vertices) const;
   /// Gas beside the walls that sums over whole fluid cells miss.
-  [[nodiscard]] WallCells wall_cells(FieldsView<const double> W) const;
+  [[nodiscard]] WallCells wall_cells(FieldsView<const Real> W) const;
   /// What the next topology takes over from the past beside the walls' place (feet, stencils, where
   /// they were searched): with it a resumed run goes on bit for bit. Same program version only.
   [[nodiscard]] std::vector<std::uint8_t> history() const;
@@ -171,5 +173,7 @@ class ImmersedBoundary {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+}  // namespace OCU_PRECISION
 
 }  // namespace ocublast::flow

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <type_traits>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Least share of usable weight in an interpolation, as for the ghosts.

@@ -5,7 +5,7 @@
 
 #include "flow_solver/immersed/ghost_stencil.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Gas state read at a facet.
 struct FacetReading {

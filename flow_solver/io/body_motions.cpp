@@ -5,7 +5,7 @@
 #include "coupler/base/errors.hpp"
 #include "flow_solver/immersed/surface.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 MassProperties mass_of(const BodyCase& spec, const BodySurface& surface) {

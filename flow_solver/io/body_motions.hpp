@@ -5,10 +5,11 @@
 #include <span>
 #include <vector>
 
+#include "flow_solver/grid/precision.hpp"
 #include "flow_solver/immersed/free_body.hpp"
 #include "flow_solver/io/flow_case.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Bodies that the flow solver moves itself: by a law, or by the gas.
 class BodyMotions {

@@ -8,7 +8,7 @@
 #include "coupler/base/errors.hpp"
 #include "coupler/base/hdf5_file.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Quads [n, 4] (a fourth node of -1 marks a triangle) as triangles of the nodes they use.

@@ -7,7 +7,7 @@
 #include "coupler/base/errors.hpp"
 #include "flow_solver/boundary/inflow_table.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 constexpr std::array<std::string_view, 6> face_names = {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};

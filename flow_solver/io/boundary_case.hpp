@@ -2,9 +2,10 @@
 
 #include <string_view>
 
+#include "flow_solver/grid/precision.hpp"
 #include "flow_solver/io/flow_case.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// A key that must be above zero.
 [[nodiscard]] constexpr RealKey positive_key(std::string_view unit, std::string_view help, bool required = false) {

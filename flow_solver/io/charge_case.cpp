@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 bool is_outside(const FlowCase& flow_case, const ChargeCase& charge) {
   for (std::size_t a = 0; a < 3; ++a) {

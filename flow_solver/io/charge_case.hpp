@@ -3,9 +3,10 @@
 #include <array>
 #include <string_view>
 
+#include "flow_solver/grid/precision.hpp"
 #include "flow_solver/io/flow_case.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Faces of the domain in the order of Boundaries.
 inline constexpr std::array<std::string_view, 6> domain_face_names = {"x_min", "x_max", "y_min",

@@ -10,7 +10,7 @@
 #include "flow_solver/immersed/vec3.hpp"
 #include "flow_solver/io/charge_case.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 using Point = std::array<double, 3>;

@@ -5,11 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "flow_solver/grid/precision.hpp"
 #include "flow_solver/immersed/immersed_boundary.hpp"
 #include "flow_solver/io/flow_case.hpp"
 #include "flow_solver/sources/charge.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// What the charges of a case bring at the start of its run.
 struct ChargeStart {

@@ -10,10 +10,10 @@
 #include "coupler/base/hdf5_file.hpp"
 #include "flow_solver/ranks/gather.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
-constexpr std::int64_t checkpoint_version = 2;
+constexpr std::int64_t checkpoint_version = 3;
 
 /// The fields of the state: primitives with the artificial pressure that the walls read, then the
 /// conserved ones (rounding keeps one from being computed from the other bit for bit).
@@ -63,6 +63,7 @@ void write_checkpoint(const Ranks& ranks, const std::filesystem::path& directory
   auto file = Hdf5File::create(aside);
   file.write_attribute("format", std::string("ocublast-flow-checkpoint"));
   file.write_attribute("version", checkpoint_version);
+  file.write_attribute("precision", std::string(precision_name));
   file.write_attribute("step", clock.step);
   file.write_attribute("window", clock.window);
   file.write("clock", std::vector<double>{clock.time, clock.next_output, clock.next_interface}, {3}, "s");
@@ -104,6 +105,10 @@ RunClock read_checkpoint(const std::filesystem::path& directory, Flow& flow,
       file.integer_attribute("version") != checkpoint_version)
     throw CaseError(fmt::format("{}: not a flow checkpoint of version {}", path.string(),
                                 checkpoint_version));
+  if (const auto precision = file.text_attribute("precision"); precision != precision_name)
+    throw CaseError(fmt::format("{}: written in {} precision, this run is in {}; resume it with "
+                                "flow.numerics.precision = \"{}\", or start anew",
+                                path.string(), precision, precision_name, precision));
   RunClock clock;
   clock.step = file.integer_attribute("step");
   clock.window = file.integer_attribute("window");
@@ -123,7 +128,7 @@ RunClock read_checkpoint(const std::filesystem::path& directory, Flow& flow,
   for (const StateField& f : state_fields(flow)) {
     const auto values = read_of_size(file, f.name, grid.n_cells(), path);
     const auto view = f.conserved ? flow.conserved() : flow.primitives();
-    for_nodes(own, [&](int i, int j, int k) { view(f.field, i, j, k) = values[place_of(grid, i, j, k)]; });
+    for_nodes(own, [&](int i, int j, int k) { view(f.field, i, j, k) = static_cast<Real>(values[place_of(grid, i, j, k)]); });
   }
   const auto marks = file.read<std::uint8_t>("state/marks");
   for_nodes(own, [&](int i, int j, int k) { flow.set_mark(i, j, k, marks.at(place_of(grid, i, j, k))); });

@@ -8,7 +8,7 @@
 #include "flow_solver/io/probes.hpp"
 #include "flow_solver/step.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Where a run stands beside its fields.
 struct RunClock {

@@ -6,7 +6,7 @@
 
 #include "coupler/base/errors.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 std::ofstream open_csv_table(const std::filesystem::path& csv, const std::string& header,
                              double resume_time) {

@@ -8,7 +8,7 @@
 #include "coupler/base/hdf5_file.hpp"
 #include "flow_solver/ranks/gather.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Domain faces of an axis, m: sums of the node spacings, ends exact.
@@ -53,7 +53,7 @@ struct FieldOutput::Frame {
 FieldOutput::FieldOutput(const Grid& grid, const Gas& gas, Options options, BackgroundWriter& writer)
     : grid_(&grid), gas_(gas), options_(std::move(options)), writer_(&writer) {}
 
-void FieldOutput::write(const Ranks& ranks, const NodeBox& own, FieldsView<const double> W,
+void FieldOutput::write(const Ranks& ranks, const NodeBox& own, FieldsView<const Real> W,
                         std::span<const std::uint8_t> tags, double t) {
   const auto gather = [&](auto&& value) { return gather_nodes<float>(ranks, *grid_, own, value); };
   times_.push_back(t);
@@ -136,7 +136,7 @@ struct InterfaceOutput::Frame {
   std::vector<double> times;  ///< s, up to this frame
 };
 
-void InterfaceOutput::write(const Ranks& ranks, const ImmersedBoundary& bodies, FieldsView<const double> W,
+void InterfaceOutput::write(const Ranks& ranks, const ImmersedBoundary& bodies, FieldsView<const Real> W,
                             double ambient_pressure, double t) {
   times_.push_back(t);
   auto frame = std::make_shared<Frame>();

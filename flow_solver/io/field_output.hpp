@@ -13,7 +13,7 @@
 #include "flow_solver/grid/grid.hpp"
 #include "flow_solver/immersed/immersed_boundary.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Writes the flow field as a series that ParaView opens: flow.xmf beside one flow/NNNN.h5 per time,
 /// each closed before the index names it. Cell data on the non-uniform grid, single precision. Files
@@ -27,7 +27,7 @@ class FieldOutput {
   FieldOutput(const Grid& grid, const Gas& gas, Options options, BackgroundWriter& writer);
   /// Writes frame number n_frames(): overpressure, density, temperature, velocity, tags. Under ranks W
   /// holds the nodes in `own`; the root gathers and writes. Collective.
-  void write(const Ranks& ranks, const NodeBox& own, FieldsView<const double> W,
+  void write(const Ranks& ranks, const NodeBox& own, FieldsView<const Real> W,
              std::span<const std::uint8_t> tags, double t);
   [[nodiscard]] std::size_t n_frames() const { return times_.size(); }
   /// Continues a series after a resume: the first n frames of times are kept.
@@ -52,7 +52,7 @@ class InterfaceOutput {
   InterfaceOutput(std::filesystem::path directory, BackgroundWriter& writer)
       : directory_(std::move(directory)), writer_(&writer) {}
   /// Collective; the root writes.
-  void write(const Ranks& ranks, const ImmersedBoundary& bodies, FieldsView<const double> W, double ambient_pressure,
+  void write(const Ranks& ranks, const ImmersedBoundary& bodies, FieldsView<const Real> W, double ambient_pressure,
              double t);
   void restore(std::vector<double> times) { times_ = std::move(times); }
   [[nodiscard]] const std::vector<double>& times() const { return times_; }

@@ -10,8 +10,9 @@
 #include <fmt/ranges.h>
 
 #include "flow_solver/io/boundary_case.hpp"
+#include "flow_solver/io/precision_case.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 void read_gas(Section& flow, FlowOptions& options) {
@@ -338,6 +339,11 @@ void read_numerics(Section& flow, FlowCase& result) {
     table.fault("skip_quiescent", "only a uniform start has gas at rest to skip");
   if (options.active_box && stirred && !table.listing())
     table.fault("skip_quiescent", "bodies that move by a law or a piston stir gas that would be skipped");
+  read_precision(table, result.precision);
+  if (is_single) {
+    options.active_tolerance = std::max(options.active_tolerance, least_active_tolerance);
+    result.quiet_overpressure = std::max(result.quiet_overpressure, least_active_tolerance);
+  }
   table.text("instruction_set", options.instruction_set, {.help = "baseline, avx2, avx512; empty: the best"});
 }
 

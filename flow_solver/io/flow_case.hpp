@@ -15,7 +15,7 @@
 #include "flow_solver/sources/kingery_bulmash.hpp"
 #include "flow_solver/step.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 enum class BodyMotion { fixed, prescribed, free, coupled };
 
@@ -131,6 +131,7 @@ struct FlowCase {
   std::vector<SurfaceProbe> surface_probes;
   std::vector<FrontSpeed> front_speeds;
   OutputCase output;
+  Precision precision = Precision::double_precision;
   double quiet_overpressure = 1e-7;  ///< relative to ambient; a smaller load counts as none
   bool coupled = false;              ///< some body is moved by a solid
   std::vector<std::string> solids;   ///< of the case, in its order; one empty name: a single one

@@ -7,7 +7,7 @@
 #include "flow_solver/sources/burst.hpp"
 #include "flow_solver/sources/interface.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 State to_state(const GasState& gas, const Gas& law) {

@@ -1,6 +1,6 @@
 #include "flow_solver/io/piston_body.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 BodySurface make_piston_slab(const PistonCase& piston, const Grid& grid) {
   std::array<double, 3> low{}, high{};

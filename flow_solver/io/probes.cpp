@@ -8,7 +8,7 @@
 #include "flow_solver/io/csv_table.hpp"
 #include "flow_solver/ranks/gather.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Node below x and the weight of the node above it. Beyond the outermost nodes: that node alone.
@@ -54,7 +54,7 @@ void Probes::open(const std::filesystem::path& csv, double resume_time) {
   file_ = open_csv_table(csv, header, resume_time);
 }
 
-void Probes::sample(const Ranks& ranks, const NodeBox& own, FieldsView<const double> W,
+void Probes::sample(const Ranks& ranks, const NodeBox& own, FieldsView<const Real> W,
                     std::span<const std::uint8_t> tags, double t) {
   std::string line = fmt::format("{:.17g}", t);
   times_.push_back(t);

@@ -13,7 +13,7 @@
 #include "flow_solver/grid/fields.hpp"
 #include "flow_solver/grid/grid.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 struct Probe {
   std::string name;
@@ -43,7 +43,7 @@ class Probes {
   void open(const std::filesystem::path& csv, double resume_time = -1.0);
   /// Samples W (tags [n_k, n_j, n_i], 0 = fluid; empty: all fluid) at time t. Under ranks W holds the nodes
   /// in `own`, and every rank gets all probes' values. Collective.
-  void sample(const Ranks& ranks, const NodeBox& own, FieldsView<const double> W, std::span<const std::uint8_t> tags,
+  void sample(const Ranks& ranks, const NodeBox& own, FieldsView<const Real> W, std::span<const std::uint8_t> tags,
               double t);
   void flush() { file_.flush(); }
 

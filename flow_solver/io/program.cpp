@@ -12,9 +12,10 @@
 #include "coupler/base/ranks.hpp"
 #include "coupler/base/version.hpp"
 #include "flow_solver/io/body_surface.hpp"
+#include "flow_solver/io/precision_case.hpp"
 #include "flow_solver/io/run.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 void list_keys() {
@@ -79,6 +80,7 @@ bool run(const Ranks& ranks, const CommandLine& line) {
   if (!coupled && flow_case.coupled)
     reader.section("flow").fault("body", "a coupled body needs a [coupling] table");
   reader.finish();
+  require_own_precision(flow_case.precision);
   if (line.effective_only) {
     if (ranks.root()) std::fputs(reader.effective().c_str(), stdout);
     return true;
@@ -124,6 +126,7 @@ bool run(const Ranks& ranks, const CommandLine& line) {
 
 int run_flow_solver(int argc, char** argv) {
   const std::string program = "flow_solver";
+  become_asked_precision(argc, argv);
   mallopt(M_MMAP_THRESHOLD, 256 << 20);  // large messages and frames come from re-used memory
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   return run_on_ranks(program, [&](const Ranks& ranks) {

@@ -16,7 +16,7 @@
 #include "flow_solver/io/piston_body.hpp"
 #include "flow_solver/io/plane_work.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 double wall_clock() {
@@ -186,9 +186,12 @@ FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line
   }
   setup_seconds_ = wall_clock() - wall_start_;
   const auto blocks = flow_.rank_blocks();
-  log_->info("{} nodes, {} in the gas, kernels {}, {} x {} x {} ranks of {} threads, set-up {:.2f} s",
-             flow_.grid().n_cells(), fluid_nodes_, flow_.instruction_set(), blocks[0], blocks[1], blocks[2],
+  log_->info("{} nodes, {} in the gas, {} precision, kernels {}, {} x {} x {} ranks of {} threads, set-up {:.2f} s",
+             flow_.grid().n_cells(), fluid_nodes_, precision_name, flow_.instruction_set(), blocks[0], blocks[1], blocks[2],
              case_.options.threads, setup_seconds_);
+  if (is_single)
+    log_->info("single precision: fields are rounded to 6e-8 of their value; skip_tolerance {:g}, quiet_overpressure {:g}",
+               case_.options.active_tolerance, case_.quiet_overpressure);
 }
 
 void FlowRun::find_coupled_bodies() {

@@ -11,6 +11,7 @@
 
 #include "coupler/base/command_line.hpp"
 #include "coupler/link/participant.hpp"
+#include "flow_solver/grid/precision.hpp"
 #include "flow_solver/io/body_motions.hpp"
 #include "flow_solver/io/charge_start.hpp"
 #include "flow_solver/io/checkpoint.hpp"
@@ -18,7 +19,7 @@
 #include "flow_solver/io/flow_case.hpp"
 #include "flow_solver/io/wall_balance.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// A quantity of the start: what a burst or charge brought to the grid.
 struct StartQuantity {
@@ -137,7 +138,7 @@ class FlowRun {
 
   /// The state at the beginning of a window of implicit coupling, which is done several times.
   struct Kept {
-    std::vector<std::vector<double>> parts;  ///< of Flow::checkpoint
+    std::vector<std::vector<Real>> parts;  ///< of Flow::checkpoint
     struct Wall {
       std::vector<double> position, velocity, acceleration;
     };

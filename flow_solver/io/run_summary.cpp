@@ -5,7 +5,7 @@
 #include "coupler/base/hdf5_file.hpp"
 #include "flow_solver/io/run.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -5,7 +5,7 @@
 
 #include "coupler/base/errors.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 bool is_open(BoundaryKind kind) {
@@ -41,7 +41,7 @@ double WallBalance::volume_rate(std::span<const BodyLoad> loads) const {
 /// Mass through open faces per second, positive inward: rho u_n at the face to 4th order.
 double WallBalance::inflow() const {
   const Grid& grid = flow_.grid();
-  const FieldsView<const double> W = flow_.primitives();
+  const FieldsView<const Real> W = flow_.primitives();
   const auto tags = bodies_.tags();
   const NodeBox own = flow_.owned();
   double sum = 0.0;

@@ -7,7 +7,7 @@
 #include "flow_solver/immersed/immersed_boundary.hpp"
 #include "flow_solver/step.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// What the walls did over a run: impulse on each body, and the mass that leaked through them. The
 /// mass of the gas is its mean density, cells at walls cut to the walls, times its volume, which

@@ -6,7 +6,7 @@
 #include <new>
 #include <utility>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 constexpr std::size_t huge_page = std::size_t{2} << 20;
@@ -34,12 +34,12 @@ FieldMemory::FieldMemory(const Grid& grid, int n_fields, bool ghost_rows) {
 FieldMemory::FieldMemory(std::size_t count) { allocate(count); }
 
 void FieldMemory::allocate(std::size_t count) {
-  const std::size_t bytes = (count * sizeof(double) + huge_page - 1) / huge_page * huge_page;
+  const std::size_t bytes = (count * sizeof(Real) + huge_page - 1) / huge_page * huge_page;
   void* raw = std::aligned_alloc(huge_page, bytes);
   if (raw == nullptr) throw std::bad_alloc();
   // Advice only; without huge pages everything works, 2 to 8 % slower.
   static_cast<void>(madvise(raw, bytes, MADV_HUGEPAGE));
-  memory_ = static_cast<double*>(raw);
+  memory_ = static_cast<Real*>(raw);
   size_ = count;
 }
 

@@ -5,13 +5,13 @@
 #include "flow_solver/numerics/kernel_segment.hpp"
 #include "flow_solver/numerics/kernel_stress.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 namespace {
 
 #define OCU_TEXT_OF(x) #x
 #define OCU_TEXT(x) OCU_TEXT_OF(x)
 
-std::size_t scratch_doubles(const Context& ctx) {
+std::size_t scratch_size(const Context& ctx) {
   const Index longest = (face_doubles(ctx) / (largest_face_record * tile_width)) + 16;
   const Index lines = face_doubles(ctx) + longest * 5 * tile_width + tile_width * node_record * tile_width;
   const Index segments = segment_doubles(ctx);
@@ -25,11 +25,31 @@ std::size_t scratch_doubles(const Context& ctx) {
   return static_cast<std::size_t>(most);
 }
 
-constexpr Kernels table{OCU_TEXT(OCU_ISA), scratch_doubles, bulk_rows,      bulk_ghost_rows, stress_rows,
-                        stress_ends_y,     stress_ends_z,     sweep_x,         sweep_y,        sweep_segments,  update_row,
-                        filter_x,          filter_y,        filter_segments, finish_plane,   restore_plane,
-                        premark_plane,     outflow_rows,    outflow_columns, theta_plane,     sensor_rows,    diffusivity_rows, border_flux,    border_filter,
-                        filter_z};
+constexpr Kernels table{OCU_TEXT(OCU_ISA),
+                        scratch_size,
+                        entry<bulk_rows>,
+                        entry<bulk_ghost_rows>,
+                        entry<stress_rows>,
+                        entry<stress_ends_y>,
+                        entry<stress_ends_z>,
+                        entry<sweep_x>,
+                        entry<sweep_y>,
+                        entry<sweep_segments>,
+                        entry<update_row>,
+                        entry<filter_x>,
+                        entry<filter_y>,
+                        entry<filter_segments>,
+                        entry<finish_plane>,
+                        entry<restore_plane>,
+                        entry<premark_plane>,
+                        entry<outflow_rows>,
+                        entry<outflow_columns>,
+                        entry<theta_plane>,
+                        entry<sensor_rows>,
+                        entry<diffusivity_rows>,
+                        entry<border_flux>,
+                        entry<border_filter>,
+                        entry<filter_z>};
 
 }  // namespace
 

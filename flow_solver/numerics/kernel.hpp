@@ -2,13 +2,15 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
+#include "flow_solver/grid/precision.hpp"
 #include "flow_solver/numerics/line_table.hpp"
 
 // The boundary between the time step and the kernels that are compiled per instruction set: plain
 // data only.
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Fields beside the primitives in the same rows.
 enum StageField : int { field_bulk = 5, field_kappa = 6, field_beta = 7, field_mu = 8 };
@@ -18,11 +20,15 @@ inline constexpr int n_stresses = 9;
 inline constexpr int n_gradients = 9;
 /// Slope at a wall, per index inwards, of the cubic through the wall's value and the next three nodes.
 inline constexpr double wall_slope[4] = {-46.0 / 15.0, 15.0 / 4.0, -5.0 / 6.0, 3.0 / 20.0};
-inline constexpr int tile_width = 8;  ///< nodes of one tile, lanes of one vector
+/// Nodes of one tile, lanes of one vector: a cache line.
+inline constexpr int tile_width = 64 / static_cast<int>(sizeof(Real));
+/// A bit per lane of a tile or row group.
+using LaneBits = std::conditional_t<is_single, std::uint16_t, std::uint8_t>;
+inline constexpr unsigned all_lanes = (1u << tile_width) - 1u;
 
 /// Fields side by side in rows: data is field 0 at node (0, 0, 0).
 struct Block {
-  double* data = nullptr;
+  Real* data = nullptr;
   std::ptrdiff_t sf = 0, sj = 0, sk = 0;
 };
 
@@ -33,7 +39,7 @@ enum class LaneEnd : int { mirrored_slip, held_wall, held_slip_wall, domain_ghos
 
 /// A no-slip wall at an end of the domain.
 struct WallEnd {
-  double velocity[3] = {};     ///< m/s, along the wall
+  Real velocity[3] = {};       ///< m/s, along the wall
   double temperature = 0;      ///< K; 0: adiabatic
   double inverse_spacing = 0;  ///< 1/m, of the first cells' metric continued to the wall; signed
 };
@@ -43,9 +49,9 @@ struct WallEnd {
 /// Context::line_marked. Null: no such end.
 struct KnownEnd {
   int flux_faces = 0, filter_faces = 0;
-  const double* flux = nullptr;
-  const double* filter = nullptr;
-  const std::uint8_t* marked = nullptr;  ///< by line group: lanes whose node beyond the border is marked
+  const Real* flux = nullptr;
+  const Real* filter = nullptr;
+  const LaneBits* marked = nullptr;  ///< by line group: lanes whose node beyond the border is marked
 };
 
 /// Weights of nodes [first, last) in the fluxes of `faces` faces around a border (border_weights.hpp):
@@ -54,9 +60,9 @@ struct KnownEnd {
 struct BorderSum {
   int first = 0, last = 0, faces = 0;
   int near_first = 0, near_last = 0;
-  const double* weight = nullptr;
-  const double* ratio = nullptr;
-  double* out = nullptr;  ///< [line group, face, component, lane]
+  const Real* weight = nullptr;
+  const Real* ratio = nullptr;
+  Real* out = nullptr;  ///< [line group, face, component, lane]
 };
 
 /// One direction: tables (line_table.hpp) and metric, as pointers to entry of face or node 0.
@@ -64,16 +70,16 @@ struct LineView {
   int n = 1;
   int face_begin = 0, face_end = 0;
   bool periodic = false;
-  const double* flux = nullptr;
-  const double* filter = nullptr;
-  const double* flux_wrap = nullptr;
-  const double* filter_wrap = nullptr;
+  const Real* flux = nullptr;
+  const Real* filter = nullptr;
+  const Real* flux_wrap = nullptr;
+  const Real* filter_wrap = nullptr;
   double flux_wrap_last = 0, flux_wrap_scale = 0, filter_wrap_last = 0, filter_wrap_scale = 0;
-  const double* inverse_face_spacing = nullptr;
-  const double* face_jacobian = nullptr;
-  const double* inverse_jacobian = nullptr;
-  const double* jacobian = nullptr;
-  const double* filter_inverse_jacobian = nullptr;  ///< that of the filter: 1/(r^m J) on a radial grid
+  const Real* inverse_face_spacing = nullptr;
+  const Real* face_jacobian = nullptr;
+  const Real* inverse_jacobian = nullptr;
+  const Real* jacobian = nullptr;
+  const Real* filter_inverse_jacobian = nullptr;  ///< that of the filter: 1/(r^m J) on a radial grid
   LaneEnd low = LaneEnd::domain_ghost, high = LaneEnd::domain_ghost;
   WallEnd wall_low, wall_high;
   KnownEnd known_low, known_high;
@@ -83,14 +89,14 @@ struct LineView {
 struct RadialView {
   int power = 0;
   bool from_axis = false;  ///< whether the line starts at r = 0
-  const double* flux = nullptr;  ///< table of the solve of r^m f
-  const double* node_weight = nullptr;
-  const double* inverse_volume = nullptr;
-  const double* face_area = nullptr;
-  const double* power_over_r = nullptr;
+  const Real* flux = nullptr;  ///< table of the solve of r^m f
+  const Real* node_weight = nullptr;
+  const Real* inverse_volume = nullptr;
+  const Real* face_area = nullptr;
+  const Real* power_over_r = nullptr;
 };
 
-/// Eight cut segments (fewer at the end of a list) of one direction that are solved together.
+/// A tile of cut segments (fewer at the end of a list) of one direction that are solved together.
 struct SegmentBatch {
   int lanes = 0;               ///< used lanes; the others repeat lane 0 and are not stored
   bool aligned = false;        ///< lines of one tile along y or z, every end with ghosts, overlapping
@@ -107,12 +113,15 @@ struct Context {
   int n[3] = {1, 1, 1};
   bool present[3] = {false, false, false};
   int tiles = 1;      ///< tiles of a row
-  int row_groups = 1; ///< groups of eight rows of a plane
+  int row_groups = 1; ///< groups of tile_width rows of a plane
   // Extents of the mask arrays: those of the whole grid where the context covers a box of it.
   int mask_rows = 1;
   int mask_tiles = 1;
   int mask_groups = 1;
   double gamma = 1.4, gas_constant = 287.0;
+  /// Single precision: the pressure [Pa] of the gas at rest, as kernels form it. Momentum fluxes hold what
+  /// exceeds it: their differences lose no digits, and gas at rest stays at rest exactly.
+  double rest_pressure = 0.0;
   bool nodal_stress = false;  ///< stress and heat flux at nodes join the convective fluxes
   /// Artificial diffusivities as in the paper: all of them in the nodal stress (seed eqs. 8, 9), the
   /// dilatation of the bulk term at sixth order. Else kappa* acts across faces and the bulk term on
@@ -135,13 +144,13 @@ struct Context {
   EndRows flux_end, filter_end;
 
   // Byte masks, bit l for lane l of a tile or row group.
-  const std::uint8_t* fluid = nullptr;  ///< [k, j, tile]: fluid nodes
+  const LaneBits* fluid = nullptr;  ///< [k, j, tile]: fluid nodes
   bool bodies = false;
-  const std::uint8_t* cut[3] = {};      ///< lanes whose line is cut: x [k, group], y [k, tile], z [j, tile]
-  const double* wall_ghost[3] = {};     ///< [wall, layer, primitive]
-  const double* wall_motion[3] = {};    ///< [wall, 6]: unit normal (zero: no slip), velocity
-  const std::uint8_t* line_marked[3] = {};  ///< same shapes as cut: lanes with a marked node
-  const std::uint8_t* mark = nullptr;   ///< [k, j, 8 tiles]: first-order nodes
+  const LaneBits* cut[3] = {};      ///< lanes whose line is cut: x [k, group], y [k, tile], z [j, tile]
+  const Real* wall_ghost[3] = {};     ///< [wall, layer, primitive]
+  const Real* wall_motion[3] = {};    ///< [wall, 6]: unit normal (zero: no slip), velocity
+  const LaneBits* line_marked[3] = {};  ///< same shapes as cut: lanes with a marked node
+  const std::uint8_t* mark = nullptr;   ///< [k, j, tile, lane]: first-order nodes
   std::uint8_t* failed = nullptr;       ///< same shape: nodes that failed the positivity test
   bool any_mark = false;
   // Artificial diffusivity.
@@ -178,10 +187,10 @@ struct OutflowEnd {
   double gamma = 1.4, gas_constant = 287.0;
 };
 
-/// One set of kernels. `scratch` is a thread's own buffer of scratch_doubles(ctx) doubles.
+/// One set of kernels. `scratch` is a thread's own buffer of scratch_size(ctx) values.
 struct Kernels {
   const char* name;
-  std::size_t (*scratch_doubles)(const Context&);
+  std::size_t (*scratch_size)(const Context&);
   /// W field_bulk = -beta theta in rows [j0, j1) of plane k, with its ghosts along x.
   void (*bulk_rows)(const Context&, int k, int j0, int j1);
   /// Its ghost rows beyond the y ends of plane k.
@@ -193,40 +202,40 @@ struct Kernels {
   /// The ghosts of the z lines of row j.
   void (*stress_ends_z)(const Context&, int j);
   /// x-lines of row groups [g0, g1): X = divergence of the x flux (0 on cut lines).
-  void (*sweep_x)(const Context&, double* scratch, int k, int g0, int g1);
+  void (*sweep_x)(const Context&, Real* scratch, int k, int g0, int g1);
   /// y-lines of tiles [t0, t1): R = X + divergence of the y flux.
-  void (*sweep_y)(const Context&, double* scratch, int k, int t0, int t1);
+  void (*sweep_y)(const Context&, Real* scratch, int k, int t0, int t1);
   /// R += divergence of the flux along cut segments.
-  void (*sweep_segments)(const Context&, double* scratch, int axis, const SegmentBatch&);
+  void (*sweep_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&);
   /// z sweep of row j, Runge-Kutta update, primitives, positivity test; in the last stage the new
   /// conserved state, filtered along z, goes to A. Returns the number of failed nodes.
-  long (*update_row)(const Context&, double* scratch, int j);
-  void (*filter_x)(const Context&, double* scratch, int k, int g0, int g1);
-  void (*filter_y)(const Context&, double* scratch, int k, int t0, int t1);
-  void (*filter_segments)(const Context&, double* scratch, int axis, const SegmentBatch&);
+  long (*update_row)(const Context&, Real* scratch, int j);
+  void (*filter_x)(const Context&, Real* scratch, int k, int g0, int g1);
+  void (*filter_y)(const Context&, Real* scratch, int k, int t0, int t1);
+  void (*filter_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&);
   /// Primitives of plane k from A with the positivity test. Returns the number of failed nodes.
   long (*finish_plane)(const Context&, int k);
   /// Primitives of plane k from Q (start of a redone step).
   void (*restore_plane)(const Context&, int k);
   /// Sets `failed` where a neighbour's pressure differs by more than the ratio. Returns their number.
   long (*premark_plane)(const Context&, int k, double ratio);
-  /// Four ghosts beyond `count` >= 8 open ends that are neighbours along x, from their end nodes; the
+  /// Four ghosts beyond `count` >= tile_width open ends that are neighbours along x, from their end nodes; the
   /// ghosts lie at multiples of `outwards` from there.
-  void (*outflow_rows)(const OutflowEnd&, double* node, std::ptrdiff_t sf, std::ptrdiff_t outwards, int count);
+  void (*outflow_rows)(const OutflowEnd&, Real* node, std::ptrdiff_t sf, std::ptrdiff_t outwards, int count);
   /// The same of `count` x-lines, sj apart; outwards +1 or -1.
-  void (*outflow_columns)(const OutflowEnd&, double* node, std::ptrdiff_t sf, std::ptrdiff_t sj, int outwards, int count);
+  void (*outflow_columns)(const OutflowEnd&, Real* node, std::ptrdiff_t sf, std::ptrdiff_t sj, int outwards, int count);
   /// Sensors: theta (and strain) into R, maxima of convection and pressure.
   void (*theta_plane)(const Context&, int k, PlaneMaxima&);
   /// Fourth differences of theta (or strain) and T in rows [j0, j1) of plane k into R.
   void (*sensor_rows)(const Context&, int k, int j0, int j1);
   /// Gaussian average, coefficients and cap in rows [j0, j1) of plane k; raises the maximum of diffusion.
-  void (*diffusivity_rows)(const Context&, double* scratch, int k, int j0, int j1, PlaneMaxima&);
+  void (*diffusivity_rows)(const Context&, Real* scratch, int k, int j0, int j1, PlaneMaxima&);
   /// This rank's part of the border fluxes of line groups [g0, g1) along the axis; c is the plane (x- and
   /// y-lines) or the row (z-lines). Of the stage's fluxes, or of the filter on A.
-  void (*border_flux)(const Context&, double* scratch, int axis, const BorderSum&, int c, int g0, int g1);
-  void (*border_filter)(const Context&, double* scratch, int axis, const BorderSum&, int c, int g0, int g1);
+  void (*border_flux)(const Context&, Real* scratch, int axis, const BorderSum&, int c, int g0, int g1);
+  void (*border_filter)(const Context&, Real* scratch, int axis, const BorderSum&, int c, int g0, int g1);
   /// Filter along z of row j of A, where it is not part of the update.
-  void (*filter_z)(const Context&, double* scratch, int j);
+  void (*filter_z)(const Context&, Real* scratch, int j);
 };
 
 namespace isa_baseline { const Kernels& kernels() noexcept; }

@@ -6,7 +6,7 @@
 
 #include "flow_solver/numerics/kernel_sweep.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 /// Elimination factors behind a ghosted end are equal to round-off from this face on: they converge
 /// with the square of the root of alpha z^2 + z + alpha (0.38 at sixth, 0.45 at eighth order).
@@ -14,10 +14,10 @@ inline constexpr int settled_face = 26;
 
 /// Rows per lane in a zone of faces; every end has ghosts, so that all components share one class.
 struct ZoneCoef {
-  const double* rows;  ///< vectors [face - begin, flux_class_size]
+  const Real* rows;  ///< vectors [face - begin, flux_class_size]
   int begin;
-  const double* inverse_spacing;
-  const double* inverse_jacobian;
+  const Real* inverse_spacing;
+  const Real* inverse_jacobian;
   OCU_INLINE Vec row(int j, int c) const {
     return load(rows + (static_cast<Index>(j - begin) * flux_class_size + c % flux_class_size) * tile_width);
   }
@@ -75,15 +75,15 @@ OCU_INLINE Index aligned_place(const Block& b, const AlignedLanes& t, int across
 
 /// Ghosts of lane l over the loaded nodes: four layers of the wall's values, the outermost repeated to
 /// the ends of the range; diffusivities of the lane's end nodes.
-OCU_INLINE void patch_lane(const double* wall_ghost, const AlignedLanes& t, int l, double* nodes) {
+OCU_INLINE void patch_lane(const Real* wall_ghost, const AlignedLanes& t, int l, Real* nodes) {
   constexpr Index step = node_record * tile_width;
   const auto patch = [&](int u, int wall, int layer, int end_node) {
-    double* to = nodes + u * step + l;
-    const double* from = nodes + end_node * step + l;
+    Real* to = nodes + u * step + l;
+    const Real* from = nodes + end_node * step + l;
     to[field_bulk * tile_width] = from[field_bulk * tile_width];
     to[field_kappa * tile_width] = from[field_kappa * tile_width];
     if (wall < 0) return;  // the domain's ghosts are in place
-    const double* ghost = wall_ghost + (static_cast<Index>(wall) * 4 + (layer < 3 ? layer : 3)) * 5;
+    const Real* ghost = wall_ghost + (static_cast<Index>(wall) * 4 + (layer < 3 ? layer : 3)) * 5;
     for (int f = 0; f < 5; ++f) to[f * tile_width] = ghost[f];
   };
   for (int u = -4; u < t.begin[l]; ++u) patch(u, t.wall_low[l], t.begin[l] - 1 - u, t.begin[l]);
@@ -91,16 +91,16 @@ OCU_INLINE void patch_lane(const double* wall_ghost, const AlignedLanes& t, int 
 }
 
 template <int D>
-OCU_INLINE void load_aligned(const Context& ctx, const AlignedLanes& t, int across, double* nodes) {
+OCU_INLINE void load_aligned(const Context& ctx, const AlignedLanes& t, int across, Real* nodes) {
   constexpr Index step = node_record * tile_width;
   int some = 0;
   while (!t.has(some)) ++some;
-  const double* some_node = ctx.W.data + aligned_place<D>(ctx.W, t, across, t.begin[some]) + some;
+  const Real* some_node = ctx.W.data + aligned_place<D>(ctx.W, t, across, t.begin[some]) + some;
   for (int u = -4; u < t.n + 4; ++u) {
-    const double* from = ctx.W.data + aligned_place<D>(ctx.W, t, across, u);
+    const Real* from = ctx.W.data + aligned_place<D>(ctx.W, t, across, u);
     for (int f = 0; f <= field_kappa; ++f) {
       Vec v = load(from + f * ctx.W.sf);
-      if (t.used != 0xffu) v = select(t.used, v, splat(some_node[f * ctx.W.sf]));
+      if (t.used != all_lanes) v = select(t.used, v, splat(some_node[f * ctx.W.sf]));
       store(nodes + u * step + f * tile_width, v);
     }
   }
@@ -111,25 +111,25 @@ OCU_INLINE void load_aligned(const Context& ctx, const AlignedLanes& t, int acro
 
 /// Rows of the faces [from, to) of every lane: the common ones counted from the lane's start, and
 /// behind its last node those of its end. Zero outside a lane: its faces stay zero there.
-OCU_INLINE void zone_rows(const double* common, const EndRows& e, const AlignedLanes& t, int from, int to,
-                          double* rows) {
+OCU_INLINE void zone_rows(const Real* common, const EndRows& e, const AlignedLanes& t, int from, int to,
+                          Real* rows) {
   for (int l = 0; l < tile_width; ++l) {
     const int n = t.end[l] - t.begin[l];
     for (int j = from; j < to; ++j) {
-      double* out = rows + static_cast<Index>(j - from) * flux_class_size * tile_width + l;
+      Real* out = rows + static_cast<Index>(j - from) * flux_class_size * tile_width + l;
       const int own = j - t.begin[l];
       if (!t.has(l) || own < -3 || own > n + 3) {
         for (int c = 0; c < flux_class_size; ++c) out[c * tile_width] = 0.0;
       } else if (own <= n) {
-        const double* row = common + static_cast<Index>(own) * flux_row_size;
+        const Real* row = common + static_cast<Index>(own) * flux_row_size;
         for (int c = 0; c < flux_class_size; ++c) out[c * tile_width] = row[c];
       } else {
         const int reach = n + 4 - own;
-        const double* before = out - static_cast<Index>(flux_class_size) * tile_width;
+        const Real* before = out - static_cast<Index>(flux_class_size) * tile_width;
         const double pivot = 1.0 / (1.0 - e.alpha[reach] * before[(flux_weights + 1) * tile_width]);
-        for (int c = 0; c < flux_weights; ++c) out[c * tile_width] = pivot * e.weights[reach][c];
-        out[flux_weights * tile_width] = e.alpha[reach] * pivot;
-        out[(flux_weights + 1) * tile_width] = reach > 1 ? e.alpha[reach] * pivot : 0.0;
+        for (int c = 0; c < flux_weights; ++c) out[c * tile_width] = rounded(pivot * e.weights[reach][c]);
+        out[flux_weights * tile_width] = rounded(e.alpha[reach] * pivot);
+        out[(flux_weights + 1) * tile_width] = rounded(reach > 1 ? e.alpha[reach] * pivot : 0.0);
       }
     }
   }
@@ -158,25 +158,25 @@ OCU_INLINE Index aligned_doubles(const Context& ctx) {
 
 /// R += divergence of the flux along the batch's segments. False: a node is marked, nothing was done.
 template <int D, bool Eight>
-[[gnu::noinline]] bool sweep_aligned(const Context& shared, double* scratch, const SegmentBatch& s) {
+[[gnu::noinline]] bool sweep_aligned(const Context& shared, Real* scratch, const SegmentBatch& s) {
   const Context ctx = shared;  // a copy: vector stores could alias the shared one
   const AlignedLanes t(s);
   const int across = s.c[0];
   if (any_marked<D>(ctx, t, across)) return false;
-  double* buf = face_zero(scratch);
-  double* nodes = scratch + face_doubles(ctx) + 8 * node_record * tile_width;
-  double* rows = nodes + static_cast<Index>(t.n + 8) * node_record * tile_width;
+  Real* buf = face_zero(scratch);
+  Real* nodes = scratch + face_doubles(ctx) + 8 * node_record * tile_width;
+  Real* rows = nodes + static_cast<Index>(t.n + 8) * node_record * tile_width;
   load_aligned<D>(ctx, t, across, nodes);
 
   // Zones of faces: near the starts, the common middle, near the ends.
   const LineView& common = ctx.from_ghost[D];
-  const double* spacing = ctx.line[D].inverse_face_spacing + t.first;
-  const double* inverse_h = ctx.line[D].inverse_jacobian + t.first;
+  const Real* spacing = ctx.line[D].inverse_face_spacing + t.first;
+  const Real* inverse_h = ctx.line[D].inverse_jacobian + t.first;
   int low_end = t.last_begin > 0 ? t.last_begin + settled_face : -3;
   int high_begin = t.first_end;
   if (low_end > high_begin) low_end = high_begin = t.n + 4;
   zone_rows(common.flux, ctx.flux_end, t, -3, low_end, rows);
-  double* high_rows = rows + static_cast<Index>(low_end + 3) * flux_class_size * tile_width;
+  Real* high_rows = rows + static_cast<Index>(low_end + 3) * flux_class_size * tile_width;
   // The first row of the zone is an inner one; the elimination goes on from there.
   zone_rows(common.flux, ctx.flux_end, t, high_begin, t.n + 4, high_rows);
   const ZoneCoef low{rows, -3, spacing, inverse_h}, high{high_rows, high_begin, spacing, inverse_h};
@@ -202,7 +202,7 @@ template <int D, bool Eight>
   else end_forward<D>(forward, walk.last, walk.missing_high, low, buf);
 
   const auto sink = [&](int u, const Vec div[5]) OCU_FORCE {
-    double* r = ctx.R.data + aligned_place<D>(ctx.R, t, across, u);
+    Real* r = ctx.R.data + aligned_place<D>(ctx.R, t, across, u);
     const unsigned lanes = t.at(u);
     for (int f = 0; f < 5; ++f) {
       store(r + f * ctx.R.sf, load(r + f * ctx.R.sf) + select(lanes, div[f], splat(0.0)));

@@ -7,7 +7,7 @@
 
 #include "flow_solver/numerics/kernel_stress.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 /// Most faces around a border: of the filter, known_filter_faces on either side, the border once.
 inline constexpr int most_border_faces = 2 * known_filter_faces - 1;
@@ -25,10 +25,10 @@ OCU_INLINE bool all_far(const BorderSum& sum, int n0, int n1) { return n1 <= sum
 
 /// Adds a sum of far nodes, weighted for the first face, to those of all faces.
 template <int D>
-OCU_INLINE void add_far(const BorderSum& sum, const Vec far[5], double* out) {
+OCU_INLINE void add_far(const BorderSum& sum, const Vec far[5], Real* out) {
   for (int m = 0; m < sum.faces; ++m) {
     for (int q = 0; q < 5; ++q) {
-      double* at = out + (m * 5 + q) * tile_width;
+      Real* at = out + (m * 5 + q) * tile_width;
       store(at, madd(splat(sum.ratio[m * n_classes + class_of<D>(q)]), far[q], load(at)));
     }
   }
@@ -37,7 +37,7 @@ OCU_INLINE void add_far(const BorderSum& sum, const Vec far[5], double* out) {
 /// Adds the fluxes of nodes [n0, n1) to the sums of one line group.
 template <int D, int Visc, int Faces>
 OCU_INLINE void add_border_flux(const GasVec& gas, const Source& src, const BorderSum& sum, int n0, int n1,
-                                double* out) {
+                                Real* out) {
   if (all_far(sum, n0, n1)) {
     Vec far[5];
     for (int q = 0; q < 5; ++q) far[q] = splat(0.0);
@@ -65,11 +65,11 @@ OCU_INLINE void add_border_flux(const GasVec& gas, const Source& src, const Bord
   }
 }
 
-OCU_INLINE double* border_place(const BorderSum& sum, Index group) {
+OCU_INLINE Real* border_place(const BorderSum& sum, Index group) {
   return sum.out + group * sum.faces * 5 * tile_width;
 }
 OCU_INLINE void clear_border(const BorderSum& sum, Index group) {
-  double* out = border_place(sum, group);
+  Real* out = border_place(sum, group);
   for (int v = 0; v < sum.faces * 5; ++v) store(out + v * tile_width, splat(0.0));
 }
 
@@ -98,15 +98,15 @@ void border_flux_columns(const Context& shared, const BorderSum& sum, int c, int
   }
 }
 
-/// x-lines, through transposed blocks of eight nodes.
+/// x-lines, through transposed tiles of nodes.
 template <int Visc, bool Eight>
-void border_flux_rows(const Context& shared, double* scratch, const BorderSum& sum, int k, int group) {
+void border_flux_rows(const Context& shared, Real* scratch, const BorderSum& sum, int k, int group) {
   const Context ctx = shared;
   constexpr int faces = 2 * known_flux_faces(Eight) - 1;
   constexpr Index step = node_record * tile_width;
   const GasVec gas(ctx);
-  const double* w_row[8];
-  const double* g_row[8];
+  const Real* w_row[tile_width];
+  const Real* g_row[tile_width];
   for (int l = 0; l < tile_width; ++l) {
     const int j = group * tile_width + l < ctx.n[1] ? group * tile_width + l : ctx.n[1] - 1;
     w_row[l] = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
@@ -116,8 +116,8 @@ void border_flux_rows(const Context& shared, double* scratch, const BorderSum& s
   clear_border(sum, at);
   const int begin = (sum.first + tile_width) / tile_width * tile_width - tile_width;  // node -1: tile of -8
   for (int i0 = begin; i0 < sum.last; i0 += tile_width) {
-    load_x_block<Visc>(ctx, w_row, g_row, i0, scratch);
-    const double* base = scratch - i0 * step;
+    load_x_block<Visc>(ctx, w_row, g_row, i0, 0, tile_width, scratch);
+    const Real* base = scratch - i0 * step;
     Source src{base, tile_width, step, nullptr, {}, step};
     for (int q = 0; q < 4; ++q) src.g[q] = base + (node_gradient + q) * tile_width;
     const int n0 = i0 > sum.first ? i0 : sum.first;
@@ -127,7 +127,7 @@ void border_flux_rows(const Context& shared, double* scratch, const BorderSum& s
 }
 
 template <int Visc, bool Eight>
-void border_flux_groups(const Context& ctx, double* scratch, int axis, const BorderSum& sum, int c, int g0, int g1) {
+void border_flux_groups(const Context& ctx, Real* scratch, int axis, const BorderSum& sum, int c, int g0, int g1) {
   if (axis == 0) {
     for (int g = g0; g < g1; ++g) border_flux_rows<Visc, Eight>(ctx, scratch, sum, c, g);
     return;
@@ -138,11 +138,11 @@ void border_flux_groups(const Context& ctx, double* scratch, int axis, const Bor
   });
 }
 
-inline void border_flux(const Context& ctx, double* scratch, int axis, const BorderSum& sum, int c, int g0, int g1) {
+inline void border_flux(const Context& ctx, Real* scratch, int axis, const BorderSum& sum, int c, int g0, int g1) {
   OCU_VARIANT(ctx, border_flux_groups, ctx, scratch, axis, sum, c, g0, g1);
 }
 
-/// Conserved states of eight lines along D at node i: of A within the block, else of the ghosts of W.
+/// Conserved states of a tile of lines along D at node i: of A within the block, else of the ghosts of W.
 template <int D>
 OCU_INLINE void border_states(const Context& ctx, int group, int c, int i, Vec q[5]) {
   const bool inside = i >= 0 && i < ctx.n[D];
@@ -150,7 +150,7 @@ OCU_INLINE void border_states(const Context& ctx, int group, int c, int i, Vec q
   Vec v[5];
   if constexpr (D == 0) {
     for (int f = 0; f < 5; ++f) {
-      double lane[tile_width];
+      Real lane[tile_width];
       for (int l = 0; l < tile_width; ++l) {
         const int j = group * tile_width + l < ctx.n[1] ? group * tile_width + l : ctx.n[1] - 1;
         lane[l] = b.data[i + f * b.sf + j * b.sj + c * b.sk];
@@ -158,7 +158,7 @@ OCU_INLINE void border_states(const Context& ctx, int group, int c, int i, Vec q
       v[f] = load(lane);
     }
   } else {
-    const double* at = b.data + group * tile_width + (D == 1 ? i * b.sj + c * b.sk : c * b.sj + i * b.sk);
+    const Real* at = b.data + group * tile_width + (D == 1 ? i * b.sj + c * b.sk : c * b.sj + i * b.sk);
     for (int f = 0; f < 5; ++f) v[f] = load(at + f * b.sf);
   }
   if (inside) {
@@ -170,7 +170,7 @@ OCU_INLINE void border_states(const Context& ctx, int group, int c, int i, Vec q
 
 /// Adds nodes [n0, n1) to the filter's sums of one line group: state(i, q) gives their conserved states.
 template <int D, class State>
-OCU_INLINE void add_border_filter(const BorderSum& sum, int n0, int n1, double* out, const State& state) {
+OCU_INLINE void add_border_filter(const BorderSum& sum, int n0, int n1, Real* out, const State& state) {
   Vec q[border_walk][5];
   for (int i = n0; i < n1; ++i) state(i, q[i - n0]);
   if (all_far(sum, n0, n1)) {
@@ -212,16 +212,16 @@ void border_filter_groups(const Context& shared, const BorderSum& sum, int c, in
   }
 }
 
-inline void border_filter(const Context& ctx, double*, int axis, const BorderSum& sum, int c, int g0, int g1) {
+inline void border_filter(const Context& ctx, Real*, int axis, const BorderSum& sum, int c, int g0, int g1) {
   if (axis == 0) border_filter_groups<0>(ctx, sum, c, g0, g1);
   if (axis == 1) border_filter_groups<1>(ctx, sum, c, g0, g1);
   if (axis == 2) border_filter_groups<2>(ctx, sum, c, g0, g1);
 }
 
-inline void filter_z(const Context& ctx, double* scratch, int j) {
+inline void filter_z(const Context& ctx, Real* scratch, int j) {
   for (int t = 0; t < ctx.tiles; ++t) {
     const Column col = make_column(ctx, scratch, j, t, 0);
-    const double* a = ctx.A.data + col.i0 + j * ctx.A.sj;
+    const Real* a = ctx.A.data + col.i0 + j * ctx.A.sj;
     for (int k = 0; k < ctx.n[2]; ++k) {
       for (int f = 0; f < 5; ++f) {
         store(col.pencil + (static_cast<Index>(k) * 5 + f) * tile_width, load(a + k * ctx.A.sk + f * ctx.A.sf));

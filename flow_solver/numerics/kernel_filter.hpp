@@ -1,17 +1,17 @@
 #pragma once
 
 // Eighth-order implicit filter (Gaitonde and Visbal) in flux form on a pencil of conserved states
-// [node, 5] of eight lines: alpha G(j-1) + G(j) + alpha G(j+1) = sum of k_m [q(j+m-1) - q(j-m)],
+// [node, 5] of a tile of lines: alpha G(j-1) + G(j) + alpha G(j+1) = sum of k_m [q(j+m-1) - q(j-m)],
 // q(i) += [J G](i+1)/J(i) - [J G](i)/J(i); the face jacobians keep sum J q on stretched grids.
 
 #include "flow_solver/numerics/kernel_sweep.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 struct UniformFilter {
-  const double* rows;
-  const double* face_jacobian;
-  const double* inverse_jacobian;
+  const Real* rows;
+  const Real* face_jacobian;
+  const Real* inverse_jacobian;
   double strength;
   OCU_INLINE Vec row(int j, int c) const { return splat(rows[static_cast<Index>(j) * filter_row_size + c]); }
   OCU_INLINE Vec jacobian(int j) const { return splat(strength * face_jacobian[j]); }
@@ -19,11 +19,11 @@ struct UniformFilter {
 };
 
 struct LaneFilter {
-  const double* rows;
-  const double* tail;
+  const Real* rows;
+  const Real* tail;
   int split;
-  const double* face_jacobian;
-  const double* inverse_jacobian;
+  const Real* face_jacobian;
+  const Real* inverse_jacobian;
   double strength;
   OCU_INLINE Vec row(int j, int c) const {
     if (j < split) return splat(rows[static_cast<Index>(j) * filter_row_size + c]);
@@ -47,13 +47,13 @@ OCU_INLINE void conserved_of(const Context& ctx, const Vec w[5], Vec q[5]) {
 /// Ghost nodes of a pencil along y or z: mirrored or periodic copies of the pencil itself, or the
 /// conserved state of the domain ghosts of the last stage.
 template <int D>
-OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, double* pencil) {
+OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, Real* pencil) {
   static_assert(D > 0);
   const LineView& line = ctx.line[D];
   const int n = ctx.n[D];
   const Block& w = ctx.W;
   const Index sl = D == 1 ? w.sj : w.sk;
-  const double* base = w.data + i0 + j * w.sj + k * w.sk;
+  const Real* base = w.data + i0 + j * w.sj + k * w.sk;
   const auto copy = [&](int to, int from, LaneEnd end) {
     for (int f = 0; f < 5; ++f) {
       Vec v = load(pencil + (static_cast<Index>(from) * 5 + f) * tile_width);
@@ -82,7 +82,7 @@ OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, dou
 }
 
 /// Filter fluxes vanish at the faces of marked nodes.
-[[gnu::noinline]] inline void clear_marked(const Lanes& lanes, double* buf) {
+[[gnu::noinline]] inline void clear_marked(const Lanes& lanes, Real* buf) {
   for (int l = 0; l < tile_width; ++l) {
     if (((lanes.active >> l) & 1u) == 0) continue;
     for (int j = 0; j <= lanes.n[l]; ++j) {
@@ -98,13 +98,13 @@ OCU_INLINE constexpr int filter_class(int axis, int f) {
 }
 
 /// Adds the filter's change to node i from the weighted fluxes of its faces.
-OCU_INLINE void change_node(double* pencil, int i, const Vec right[5], const Vec left[5], Vec inverse_h,
+OCU_INLINE void change_node(Real* pencil, int i, const Vec right[5], const Vec left[5], Vec inverse_h,
                             unsigned keep) {
 #pragma GCC unroll 5
   for (int f = 0; f < 5; ++f) {
     Vec change = right[f] - left[f];
-    if ((keep & 0xffu) != 0) change = select(keep, splat(0.0), change);
-    double* q = pencil + (static_cast<Index>(i) * 5 + f) * tile_width;
+    if ((keep & all_lanes) != 0) change = select(keep, splat(0.0), change);
+    Real* q = pencil + (static_cast<Index>(i) * 5 + f) * tile_width;
     store(q, madd(change, inverse_h, load(q)));
   }
 }
@@ -112,14 +112,14 @@ OCU_INLINE void change_node(double* pencil, int i, const Vec right[5], const Vec
 /// Right side and elimination of the faces [begin, end]; all eight nodes around them exist, or their
 /// weights are zero and nothing must be read (Ends).
 template <int D, bool Ends, class Coef>
-OCU_INLINE void filter_forward(int n, int begin, int end, const Coef& coef, double* buf, const double* pencil,
+OCU_INLINE void filter_forward(int n, int begin, int end, const Coef& coef, Real* buf, const Real* pencil,
                                Vec g[5]) {
   for (int j = begin; j <= end; ++j) {
-    const double* at = pencil + static_cast<Index>(j) * 5 * tile_width;
+    const Real* at = pencil + static_cast<Index>(j) * 5 * tile_width;
     const auto pair = [&](int m, int f) OCU_FORCE {
       return load(at + (m * 5 + f) * tile_width) - load(at + ((-1 - m) * 5 + f) * tile_width);
     };
-    double* out = buf + static_cast<Index>(j) * filter_record * tile_width;
+    Real* out = buf + static_cast<Index>(j) * filter_record * tile_width;
 #pragma GCC unroll 5
     for (int f = 0; f < 5; ++f) {
       const int k = filter_class_size * filter_class(D, f);
@@ -143,7 +143,7 @@ struct NothingKnown {
 /// fluxes that are known lane by lane into the buffer after the forward walk.
 template <int D, class Coef, class PutKnown = NothingKnown>
 OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int face_end, const Coef& coef,
-                              double* buf, double* pencil, unsigned keep, const Lanes* marked, Index group = 0,
+                              Real* buf, Real* pencil, unsigned keep, const Lanes* marked, Index group = 0,
                               const PutKnown& put_known = {}) {
   const auto at = [&](int j) { return buf + static_cast<Index>(j) * filter_record * tile_width; };
   Vec g[5];
@@ -203,17 +203,17 @@ OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int f
 }
 
 /// z pencils of whole lines.
-OCU_INLINE void filter_line(const LineView& line, int n, const UniformFilter& coef, double* buf,
-                            double* pencil, unsigned keep, const Lanes* marked, Index group) {
+OCU_INLINE void filter_line(const LineView& line, int n, const UniformFilter& coef, Real* buf,
+                            Real* pencil, unsigned keep, const Lanes* marked, Index group) {
   filter_pencil<2>(line, n, line.face_begin, line.face_end, coef, buf, pencil, keep, marked, group);
 }
 
-inline void filter_x(const Context& shared, double* scratch, int k, int g0, int g1) {
+inline void filter_x(const Context& shared, Real* scratch, int k, int g0, int g1) {
   const Context ctx = shared;
   const LineView& line = ctx.line[0];
   const int n = ctx.n[0];
-  double* buf = face_zero(scratch);
-  double* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
+  Real* buf = face_zero(scratch);
+  Real* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
   constexpr Index step = 5 * tile_width;
   const UniformFilter coef{line.filter, line.face_jacobian, line.filter_inverse_jacobian, ctx.filter_strength};
   for (int g = g0; g < g1; ++g) {
@@ -222,8 +222,8 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
     const Index flag = static_cast<Index>(k) * ctx.mask_groups + g;
     const unsigned cut = ctx.bodies ? ctx.cut[0][flag] : 0u;
     if ((cut & rows) == rows) continue;
-    double* a_row[8];
-    const double* w_row[8];
+    Real* a_row[tile_width];
+    const Real* w_row[tile_width];
     for (int l = 0; l < tile_width; ++l) {
       const int j = j0 + l < ctx.n[1] ? j0 + l : ctx.n[1] - 1;
       a_row[l] = ctx.A.data + j * ctx.A.sj + k * ctx.A.sk;
@@ -231,7 +231,11 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
     }
     for (int t = 0; t < ctx.tiles; ++t) {
       const Index i0 = static_cast<Index>(t) * tile_width;
-      for (int f = 0; f < 5; ++f) rows_to_nodes(a_row, f * ctx.A.sf + i0, pencil + i0 * step + f * tile_width, step);
+      for (int f = 0; f < 5; ++f) {
+        for (Index i = i0; i < i0 + tile_width; i += 4) {
+          rows_to_nodes(a_row, f * ctx.A.sf + i, pencil + i * step + f * tile_width, step);
+        }
+      }
       for (int l = 0; l < tile_width; ++l) {  // the rows that come next, and where their primitives go
         prefetch_next(a_row[l] + tile_width * ctx.A.sj + i0, ctx.A.sf, 5);
         prefetch_next(w_row[l] + i0, ctx.W.sf, 5);
@@ -248,7 +252,7 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
     const auto ghost = [&](int i) {
       Vec w[5], q[5];
       for (int f = 0; f < 5; ++f) {
-        double lane[8];
+        Real lane[tile_width];
         for (int l = 0; l < tile_width; ++l) lane[l] = w_row[l][f * ctx.W.sf + i];
         w[f] = load(lane);
       }
@@ -273,7 +277,7 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
     for (int t = 0; t < ctx.tiles; ++t) {
       const Index i0 = static_cast<Index>(t) * tile_width;
       for (int f = 0; f < 5; ++f) {
-        Vec r[8];
+        Vec r[tile_width];
         for (int a = 0; a < tile_width; ++a) r[a] = load(pencil + (i0 + a) * step + f * tile_width);
         store_columns(a_row, f * ctx.A.sf + i0, r, rows);
       }
@@ -281,12 +285,12 @@ inline void filter_x(const Context& shared, double* scratch, int k, int g0, int 
   }
 }
 
-inline void filter_y(const Context& shared, double* scratch, int k, int t0, int t1) {
+inline void filter_y(const Context& shared, Real* scratch, int k, int t0, int t1) {
   const Context ctx = shared;
   const LineView& line = ctx.line[1];
   const int n = ctx.n[1];
-  double* buf = face_zero(scratch);
-  double* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
+  Real* buf = face_zero(scratch);
+  Real* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
   const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength};
   for (int t = t0; t < t1; ++t) {
     const int i0 = t * tile_width;
@@ -294,7 +298,7 @@ inline void filter_y(const Context& shared, double* scratch, int k, int t0, int 
     const unsigned columns = existing(i0, ctx.n[0]);
     const unsigned cut = ctx.bodies ? ctx.cut[1][flag] : 0u;
     if ((cut & columns) == columns) continue;
-    double* a = ctx.A.data + i0 + k * ctx.A.sk;
+    Real* a = ctx.A.data + i0 + k * ctx.A.sk;
     for (int j = 0; j < n; ++j) {
       for (int f = 0; f < 5; ++f) {
         store(pencil + (static_cast<Index>(j) * 5 + f) * tile_width, load(a + j * ctx.A.sj + f * ctx.A.sf));

@@ -1,11 +1,11 @@
 #pragma once
 
-// Transport of the gas, for one value and for a vector of eight.
+// Transport of the gas, for one value and for a vector.
 
 #include "flow_solver/numerics/kernel.hpp"
 #include "flow_solver/numerics/simd.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 /// One value where a vector does not fit: ends of x-lines, lanes of cut lines.
 struct Scalar {
@@ -22,14 +22,14 @@ template <class T>
 struct Access;
 template <>
 struct Access<Scalar> {
-  OCU_INLINE static Scalar get(const double* p) { return {*p}; }
-  OCU_INLINE static void put(double* p, Scalar s) { *p = s.v; }
+  OCU_INLINE static Scalar get(const Real* p) { return {*p}; }
+  OCU_INLINE static void put(Real* p, Scalar s) { *p = rounded(s.v); }
   OCU_INLINE static Scalar all(double s) { return {s}; }
 };
 template <>
 struct Access<Vec> {
-  OCU_INLINE static Vec get(const double* p) { return load(p); }
-  OCU_INLINE static void put(double* p, Vec s) { store(p, s); }
+  OCU_INLINE static Vec get(const Real* p) { return load(p); }
+  OCU_INLINE static void put(Real* p, Vec s) { store(p, s); }
   OCU_INLINE static Vec all(double s) { return splat(s); }
 };
 

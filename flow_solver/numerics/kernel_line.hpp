@@ -1,6 +1,6 @@
 #pragma once
 
-// Compact flux solve along eight lines at once. Forward: nodal fluxes from a rolling window of nodes,
+// Compact flux solve along a tile of lines at once. Forward: nodal fluxes from a rolling window of nodes,
 // right side, elimination; face values stay in a buffer. Backward: substitution, diffusive face
 // fluxes added, divergence handed to a sink node by node. Sixth order (Lele 1992) in flux form:
 // 1/3 F(j-1) + F(j) + 1/3 F(j+1) = 29/36 [f(j-1) + f(j)] + 1/36 [f(j-2) + f(j+1)].
@@ -9,7 +9,7 @@
 #include "flow_solver/numerics/line_table.hpp"
 #include "flow_solver/numerics/simd.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 inline constexpr int face_margin = 6;  ///< faces kept below face 0 in the buffer
 
@@ -43,27 +43,27 @@ constexpr int class_of(int component) {
 }
 
 /// Asks for the cache lines of `fields` rows at p; never faults, whatever p is.
-OCU_INLINE void prefetch_next(const double* p, Index sf, int fields) {
+OCU_INLINE void prefetch_next(const Real* p, Index sf, int fields) {
   for (int f = 0; f < fields; ++f) __builtin_prefetch(p + f * sf, 0, 2);
 }
 
-/// Where the node values of eight lines lie: node i of field f at p[f * sf + i * sl].
+/// Where the node values of a tile of lines lie: node i of field f at p[f * sf + i * sl].
 struct Source {
-  const double* p;
+  const Real* p;
   Index sf, sl;
-  const double* mu;    ///< shear viscosity, same stride
+  const Real* mu;    ///< shear viscosity, same stride
   /// Nodal: stress on x, y, z and energy flux. Narrow: shear partners (ascending component),
   /// transverse parts.
-  const double* g[4];
+  const Real* g[4];
   Index gl;
   bool face_heat = true;  ///< kappa acts across faces
 };
 
 /// Same coefficients in all lanes.
 struct UniformCoef {
-  const double* rows;
-  const double* inverse_spacing;
-  const double* inverse_jacobian;
+  const Real* rows;
+  const Real* inverse_spacing;
+  const Real* inverse_jacobian;
   OCU_INLINE Vec row(int j, int c) const { return splat(rows[static_cast<Index>(j) * flux_row_size + c]); }
   OCU_INLINE Vec inverse_dx(int j) const { return splat(inverse_spacing[j]); }
   OCU_INLINE Vec inverse_h(int i) const { return splat(inverse_jacobian[i]); }
@@ -71,11 +71,11 @@ struct UniformCoef {
 
 /// Common rows up to the face `split`, then a row per lane; metric per lane.
 struct LaneCoef {
-  const double* rows;
-  const double* tail;  ///< [face - split, flux_row_size] vectors
+  const Real* rows;
+  const Real* tail;  ///< [face - split, flux_row_size] vectors
   int split;
-  const double* inverse_spacing;   ///< vectors
-  const double* inverse_jacobian;  ///< vectors
+  const Real* inverse_spacing;   ///< vectors
+  const Real* inverse_jacobian;  ///< vectors
   OCU_INLINE Vec row(int j, int c) const {
     if (j < split) return splat(rows[static_cast<Index>(j) * flux_row_size + c]);
     return load(tail + (static_cast<Index>(j - split) * flux_row_size + c) * tile_width);
@@ -90,26 +90,31 @@ struct Flux {
 
 /// Gas constants in vectors, made once per line.
 struct GasVec {
-  Vec R, inverse_gm1;
+  Vec R, inverse_gm1, rest_pressure;
   OCU_INLINE explicit GasVec(const Context& c)
-      : R(splat(c.gas_constant)), inverse_gm1(splat(1.0 / (c.gamma - 1.0))) {}
+      : R(splat(c.gas_constant)), inverse_gm1(splat(1.0 / (c.gamma - 1.0))), rest_pressure(splat(c.rest_pressure)) {}
 };
+
+/// What the momentum fluxes leave out of the pressure.
+OCU_INLINE double pressure_offset(const Context& ctx) { return is_single ? ctx.rest_pressure : 0.0; }
 
 /// Convective flux along D with the bulk pressure: seed eqs. 4-7, E + p from (rho, u, T).
 template <int D>
-OCU_INLINE Flux nodal_flux(const GasVec& gas, const double* p, Index sf) {
+OCU_INLINE Flux nodal_flux(const GasVec& gas, const Real* p, Index sf) {
   const Vec rho = load(p), u = load(p + sf), v = load(p + 2 * sf), w = load(p + 3 * sf);
   const Vec pressure = rho * gas.R * load(p + 4 * sf);
-  const Vec total = pressure + load(p + field_bulk * sf);
+  const Vec bulk = load(p + field_bulk * sf);
+  const Vec total = pressure + bulk;
+  const Vec push = is_single ? (pressure - gas.rest_pressure) + bulk : total;
   const Vec un = D == 0 ? u : (D == 1 ? v : w);
   const Vec m = rho * un;
   const Vec speed2 = madd(w, w, madd(v, v, u * u));
   const Vec density_of_energy = madd(splat(0.5) * rho, speed2, pressure * gas.inverse_gm1);
   Flux f;
   f.q[0] = m;
-  f.q[1] = D == 0 ? madd(m, u, total) : m * u;
-  f.q[2] = D == 1 ? madd(m, v, total) : m * v;
-  f.q[3] = D == 2 ? madd(m, w, total) : m * w;
+  f.q[1] = D == 0 ? madd(m, u, push) : m * u;
+  f.q[2] = D == 1 ? madd(m, v, push) : m * v;
+  f.q[3] = D == 2 ? madd(m, w, push) : m * w;
   f.q[4] = un * (density_of_energy + total);
   return f;
 }
@@ -136,12 +141,12 @@ struct Forward {
 /// Diffusive fluxes at the face between the node before and node `label` into the buffer.
 template <int D, int Visc, bool Eight, class Coef>
 OCU_INLINE void diffusive_face(Forward<Visc, Eight>& s, const Source& src, Index at, int label,
-                               const Coef& coef, double* buf) {
-  const double* p = src.p + at * src.sl;
+                               const Coef& coef, Real* buf) {
+  const Real* p = src.p + at * src.sl;
   const Vec T = load(p + 4 * src.sf), kappa = load(p + field_kappa * src.sf);
   const Vec inverse_dx = coef.inverse_dx(label);
   const Vec half = splat(0.5);
-  double* out = buf + static_cast<Index>(label) * face_record<Visc> * tile_width;
+  Real* out = buf + static_cast<Index>(label) * face_record<Visc> * tile_width;
   Vec energy = (half * (s.kappa + kappa)) * ((s.T - T) * inverse_dx);
   if constexpr (Visc == nodal_viscosity) {
     if (!src.face_heat) energy = splat(0.0);
@@ -179,8 +184,8 @@ OCU_INLINE void diffusive_face(Forward<Visc, Eight>& s, const Source& src, Index
 /// Right side and elimination of face j from the window; b0..b1 straddle the face.
 template <int D, int Visc, class Coef>
 OCU_INLINE void eliminate_face(Vec face[5], const Flux& a1, const Flux& a0, const Flux& b0,
-                               const Flux& b1, const Flux* outer, int j, const Coef& coef, double* buf) {
-  double* out = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
+                               const Flux& b1, const Flux* outer, int j, const Coef& coef, Real* buf) {
+  Real* out = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
 #pragma GCC unroll 5
   for (int q = 0; q < 5; ++q) {
     const int k = flux_class_size * class_of<D>(q);
@@ -194,7 +199,7 @@ OCU_INLINE void eliminate_face(Vec face[5], const Flux& a1, const Flux& a0, cons
 /// Takes nodes [begin, end) (memory places `at_begin` ...) into the walk.
 template <int D, int Visc, bool Eight, class Coef>
 OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const Source& src, int begin,
-                              int end, const Coef& coef, double* buf) {
+                              int end, const Coef& coef, Real* buf) {
   constexpr int width = Eight ? 6 : 4;
   constexpr int lag = Eight ? 2 : 1;  // a face waits for this many nodes behind it
   int i = begin;
@@ -240,7 +245,7 @@ OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const 
 template <int D, int Visc, bool Eight>
 OCU_INLINE void start_forward(Forward<Visc, Eight>& s, const GasVec& gas, const Source& src,
                               int first_node, int missing) {
-  const double* p = src.p + first_node * src.sl;
+  const Real* p = src.p + first_node * src.sl;
   for (int q = 0; q < 5; ++q) s.face[q] = splat(0.0);
   for (int m = 0; m < missing; ++m) s.w[m] = line_flux<D, Visc>(gas, src, first_node);
   s.seen = missing;
@@ -256,7 +261,7 @@ OCU_INLINE void start_forward(Forward<Visc, Eight>& s, const GasVec& gas, const 
 /// Completes the faces that wait for nodes beyond the last one of a ghosted line.
 template <int D, int Visc, bool Eight, class Coef>
 OCU_INLINE void end_forward(Forward<Visc, Eight>& s, int last_node, int missing, const Coef& coef,
-                            double* buf) {
+                            Real* buf) {
   for (int m = 0; m < missing; ++m) {
     if constexpr (Eight) {
       s.w[5] = s.w[4];
@@ -294,8 +299,8 @@ struct Backward {
 };
 
 template <int D, int Visc, class Coef>
-OCU_INLINE void substitute_face(Backward& s, int j, const Coef& coef, const double* buf) {
-  const double* at = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
+OCU_INLINE void substitute_face(Backward& s, int j, const Coef& coef, const Real* buf) {
+  const Real* at = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
 #pragma GCC unroll 5
   for (int q = 0; q < 5; ++q) {
     s.face[q] = nmadd(coef.row(j, flux_class_size * class_of<D>(q) + flux_weights + 1), s.face[q],
@@ -305,8 +310,8 @@ OCU_INLINE void substitute_face(Backward& s, int j, const Coef& coef, const doub
 
 /// Whole flux of face j: that of the solve and what crosses the face directly.
 template <int Visc>
-OCU_INLINE void total_flux(const Backward& s, int j, const double* buf, Vec out[5]) {
-  const double* at = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
+OCU_INLINE void total_flux(const Backward& s, int j, const Real* buf, Vec out[5]) {
+  const Real* at = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
   for (int q = 0; q < 5; ++q) out[q] = s.face[q];
   out[4] = out[4] + load(at + 5 * tile_width);
   if constexpr (Visc == narrow_viscosity) {
@@ -316,7 +321,7 @@ OCU_INLINE void total_flux(const Backward& s, int j, const double* buf, Vec out[
 
 /// Faces from the end of the solve down to face n.
 template <int D, int Visc, class Coef>
-OCU_INLINE void start_backward(Backward& s, int n, int face_end, const Coef& coef, const double* buf) {
+OCU_INLINE void start_backward(Backward& s, int n, int face_end, const Coef& coef, const Real* buf) {
   for (int q = 0; q < 5; ++q) s.face[q] = splat(0.0);
   for (int j = face_end; j >= n; --j) substitute_face<D, Visc>(s, j, coef, buf);
   total_flux<Visc>(s, n, buf, s.right);
@@ -324,7 +329,7 @@ OCU_INLINE void start_backward(Backward& s, int n, int face_end, const Coef& coe
 
 /// Nodes from `high` down to `low`; the sink gets (node, divergence).
 template <int D, int Visc, class Coef, class Sink>
-OCU_INLINE void backward_nodes(Backward& s, int high, int low, const Coef& coef, const double* buf, Sink&& sink) {
+OCU_INLINE void backward_nodes(Backward& s, int high, int low, const Coef& coef, const Real* buf, Sink&& sink) {
   for (int i = high; i >= low; --i) {
     substitute_face<D, Visc>(s, i, coef, buf);
     Vec left[5], div[5];
@@ -340,31 +345,31 @@ OCU_INLINE void backward_nodes(Backward& s, int high, int low, const Coef& coef,
 
 /// Substitution over faces from `face_end` down; the sink gets (node, divergence) from n - 1 to 0.
 template <int D, int Visc, class Coef, class Sink>
-OCU_INLINE void backward(int n, int face_end, const Coef& coef, const double* buf, Sink&& sink) {
+OCU_INLINE void backward(int n, int face_end, const Coef& coef, const Real* buf, Sink&& sink) {
   Backward s;
   start_backward<D, Visc>(s, n, face_end, coef, buf);
   backward_nodes<D, Visc>(s, n - 1, 0, coef, buf, sink);
 }
 
 /// The walk starts with the known flux next to the first row that is solved.
-OCU_INLINE void start_known(const double* known, int faces, Index group, Vec face[5]) {
+OCU_INLINE void start_known(const Real* known, int faces, Index group, Vec face[5]) {
   if (known == nullptr) return;
-  const double* at = known + ((group + 1) * faces - 1) * 5 * tile_width;
+  const Real* at = known + ((group + 1) * faces - 1) * 5 * tile_width;
   for (int q = 0; q < 5; ++q) face[q] = load(at + q * tile_width);
 }
 /// Known fluxes of the faces from `first` on into the buffer.
 template <int Record>
-OCU_INLINE void store_known(const double* known, int faces, Index group, int first, double* buf) {
+OCU_INLINE void store_known(const Real* known, int faces, Index group, int first, Real* buf) {
   if (known == nullptr) return;
-  const double* at = known + group * faces * 5 * tile_width;
+  const Real* at = known + group * faces * 5 * tile_width;
   for (int j = 0; j < faces; ++j) {
-    double* to = buf + static_cast<Index>(first + j) * Record * tile_width;
+    Real* to = buf + static_cast<Index>(first + j) * Record * tile_width;
     for (int q = 0; q < 5; ++q) store(to + q * tile_width, load(at + (j * 5 + q) * tile_width));
   }
 }
 /// Both ends after the forward walk: below, the rows held only the last of the known fluxes.
 template <int Record>
-OCU_INLINE void store_known_fluxes(const LineView& line, int n, Index group, double* buf) {
+OCU_INLINE void store_known_fluxes(const LineView& line, int n, Index group, Real* buf) {
   const KnownEnd &low = line.known_low, &high = line.known_high;
   store_known<Record>(low.flux, low.flux_faces, group, 0, buf);
   store_known<Record>(high.flux, high.flux_faces, group, n + 1 - high.flux_faces, buf);
@@ -372,12 +377,12 @@ OCU_INLINE void store_known_fluxes(const LineView& line, int n, Index group, dou
 
 /// Lanes of a line solve, for the first-order flux at marked nodes.
 struct Lanes {
-  const double* q[tile_width];           ///< conserved state at node 0
+  const Real* q[tile_width];           ///< conserved state at node 0
   const std::uint8_t* mark[tile_width];  ///< mark at node 0
   int n[tile_width];
   LaneEnd low[tile_width], high[tile_width];
-  const double* low_state[tile_width];   ///< ghost primitive state, stride state_stride
-  const double* high_state[tile_width];
+  const Real* low_state[tile_width];   ///< ghost primitive state, stride state_stride
+  const Real* high_state[tile_width];
   Index low_stride[tile_width], high_stride[tile_width];
   Index qf, ql;                          ///< strides of the conserved state by field and node
   Index ml;                              ///< stride of the marks by node
@@ -389,6 +394,6 @@ struct Lanes {
 /// fluxes at the faces of marked nodes.
 template <int D, int Visc, class Coef, class Sink>
 OCU_INLINE void backward_slow(const Context& ctx, const LineView& line, int n, int face_end,
-                              const Coef& coef, double* buf, const Lanes* lanes, Sink&& sink);
+                              const Coef& coef, Real* buf, const Lanes* lanes, Sink&& sink);
 
 }  // namespace ocublast::flow::OCU_ISA

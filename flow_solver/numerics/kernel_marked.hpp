@@ -6,7 +6,7 @@
 
 #include "flow_solver/numerics/kernel_line.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 struct PointState {
   double q[5];
@@ -37,7 +37,7 @@ OCU_INLINE PointState point_from_primitive(const Context& ctx, double rho, const
 /// normal (zero: no slip), velocity; at a held one its velocity.
 template <int D>
 OCU_INLINE PointState state_across(const Context& ctx, LaneEnd end, const PointState& s,
-                                   const double* ghost, Index stride) {
+                                   const Real* ghost, Index stride) {
   double u[3] = {s.u[0], s.u[1], s.u[2]};
   const double T = s.p / (s.q[0] * ctx.gas_constant);
   if (end == LaneEnd::mirrored_slip || end == LaneEnd::held_slip_wall) {
@@ -51,8 +51,8 @@ OCU_INLINE PointState state_across(const Context& ctx, LaneEnd end, const PointS
   if (end == LaneEnd::wall) {
     // The own state mirrored: a flux between the interpolated ghost and the first node can swallow a
     // supersonic stream.
-    const double* normal = ghost;
-    const double* wall = ghost + 3;
+    const Real* normal = ghost;
+    const Real* wall = ghost + 3;
     double approach = 0.0;
     bool slip = false;
     for (int a = 0; a < 3; ++a) {
@@ -99,7 +99,7 @@ OCU_INLINE bool touches_mark(const Lanes& lanes, int l, int j) {
 
 /// Replaces the total face fluxes of marked nodes in the buffer (diffusive parts set to zero).
 template <int D, int Visc>
-[[gnu::noinline]] void replace_marked(const Context& ctx, const Lanes& lanes, double* buf) {
+[[gnu::noinline]] void replace_marked(const Context& ctx, const Lanes& lanes, Real* buf) {
   for (int l = 0; l < tile_width; ++l) {
     if (((lanes.active >> l) & 1u) == 0) continue;
     const int n = lanes.n[l];
@@ -127,8 +127,9 @@ template <int D, int Visc>
       } else {
         first_order_flux<D>(state(j - 1), state(j), f);
       }
-      double* face = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
-      for (int q = 0; q < 5; ++q) face[q * tile_width + l] = f[q];
+      Real* face = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
+      f[1 + D] -= pressure_offset(ctx);
+      for (int q = 0; q < 5; ++q) face[q * tile_width + l] = rounded(f[q]);
       for (int q = 5; q < face_record<Visc>; ++q) face[q * tile_width + l] = 0.0;
     }
   }
@@ -136,7 +137,7 @@ template <int D, int Visc>
 
 template <int D, int Visc, class Coef, class Sink>
 OCU_INLINE void backward_slow(const Context& ctx, const LineView& line, int n, int face_end,
-                              const Coef& coef, double* buf, const Lanes* lanes, Sink&& sink) {
+                              const Coef& coef, Real* buf, const Lanes* lanes, Sink&& sink) {
   const auto at = [&](int j) { return buf + static_cast<Index>(j) * face_record<Visc> * tile_width; };
   for (int j = face_end - 1; j >= 0; --j) {
     for (int q = 0; q < 5; ++q) {
@@ -154,7 +155,7 @@ OCU_INLINE void backward_slow(const Context& ctx, const LineView& line, int n, i
     }
     for (int j = 0; j < n; ++j) {
       for (int q = 0; q < 5; ++q) {
-        double* face = at(j) + q * tile_width;
+        Real* face = at(j) + q * tile_width;
         store(face, load(face) - splat(line.flux_wrap[j]) * shift[q]);
       }
     }

@@ -1,14 +1,14 @@
 #pragma once
 
-// Ghosts beyond open ends with a constant gas far away, eight lines at a time: the characteristic
+// Ghosts beyond open ends with a constant gas far away, a tile of lines at a time: the characteristic
 // state of boundary/open_ends.hpp in vectors.
 
 #include "flow_solver/numerics/kernel.hpp"
 #include "flow_solver/numerics/simd.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
-/// Values at eight end nodes: density, velocities with that along the axis outwards, temperature.
+/// Values at a tile of end nodes: density, velocities with that along the axis outwards, temperature.
 struct EndNodes {
   Vec rho, un, ut[2], T;
 };
@@ -48,7 +48,7 @@ OCU_INLINE EndNodes characteristic_nodes(const OutflowEnd& e, const EndNodes& s,
 OCU_INLINE unsigned undisturbed(const EndNodes& s, const EndNodes& far) {
   const auto differs = [](Vec a, Vec b) OCU_FORCE { return less(a, b) | less(b, a); };
   return ~(differs(s.rho, far.rho) | differs(s.un, far.un) | differs(s.ut[0], far.ut[0]) |
-           differs(s.ut[1], far.ut[1]) | differs(s.T, far.T)) & 0xffu;
+           differs(s.ut[1], far.ut[1]) | differs(s.T, far.T)) & all_lanes;
 }
 
 OCU_INLINE EndNodes far_nodes(const OutflowEnd& e) {
@@ -56,14 +56,14 @@ OCU_INLINE EndNodes far_nodes(const OutflowEnd& e) {
   return {splat(e.rho), splat(e.sign * e.u[e.axis]), {splat(e.u[t0]), splat(e.u[t1])}, splat(e.T)};
 }
 
-/// Ghosts of eight ends from the values of their end nodes.
+/// Ghosts of a tile of ends from the values of their end nodes.
 OCU_INLINE void end_values(const OutflowEnd& e, const EndNodes& far, const Vec node[5], Vec ghost[5]) {
   const int t0 = e.axis == 0 ? 1 : 0, t1 = e.axis == 2 ? 1 : 2;
   const Vec sign = splat(e.sign);
   const EndNodes s{node[0], sign * node[1 + e.axis], {node[1 + t0], node[1 + t1]}, node[4]};
   const unsigned still = undisturbed(s, far);
   EndNodes b = far;
-  if (still != 0xffu) {
+  if (still != all_lanes) {
     b = characteristic_nodes(e, s, far);
     b.rho = select(still, far.rho, b.rho);
     b.un = select(still, far.un, b.un);
@@ -78,8 +78,8 @@ OCU_INLINE void end_values(const OutflowEnd& e, const EndNodes& far, const Vec n
 }
 
 /// Ghosts of `count` neighbouring lines along x; their end nodes lie at node + i, the ghosts at
-/// multiples of `outwards` from there. At least eight lines: the last eight overlap the others.
-inline void outflow_rows(const OutflowEnd& e, double* node, Index sf, Index outwards, int count) {
+/// multiples of `outwards` from there. At least a tile of lines: the last ones overlap the others.
+inline void outflow_rows(const OutflowEnd& e, Real* node, Index sf, Index outwards, int count) {
   const EndNodes far = far_nodes(e);
   for (int i0 = 0; i0 < count; i0 += tile_width) {
     const int i = i0 + tile_width <= count ? i0 : count - tile_width;
@@ -93,13 +93,13 @@ inline void outflow_rows(const OutflowEnd& e, double* node, Index sf, Index outw
 }
 
 /// The same of `count` x-lines; `node` is the end node of the first, the next line lies sj further.
-inline void outflow_columns(const OutflowEnd& e, double* node, Index sf, Index sj, int outwards, int count) {
+inline void outflow_columns(const OutflowEnd& e, Real* node, Index sf, Index sj, int outwards, int count) {
   const EndNodes far = far_nodes(e);
   for (int j0 = 0; j0 < count; j0 += tile_width) {
     const int lanes = j0 + tile_width <= count ? tile_width : count - j0;
-    double value[5][tile_width];
+    Real value[5][tile_width];
     for (int l = 0; l < tile_width; ++l) {
-      const double* from = node + (j0 + (l < lanes ? l : 0)) * sj;
+      const Real* from = node + (j0 + (l < lanes ? l : 0)) * sj;
       for (int f = 0; f < 5; ++f) value[f][l] = from[f * sf];
     }
     Vec w[5], ghost[5];
@@ -107,7 +107,7 @@ inline void outflow_columns(const OutflowEnd& e, double* node, Index sf, Index s
     end_values(e, far, w, ghost);
     for (int f = 0; f < 5; ++f) store(value[f], ghost[f]);
     for (int l = 0; l < lanes; ++l) {
-      double* to = node + (j0 + l) * sj;
+      Real* to = node + (j0 + l) * sj;
       for (int f = 0; f < 5; ++f) {
         for (int layer = 1; layer <= 4; ++layer) to[f * sf + layer * outwards] = value[f][l];
       }

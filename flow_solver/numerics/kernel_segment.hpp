@@ -1,6 +1,6 @@
 #pragma once
 
-// Lines that a body cuts: up to eight segments side by side in a transposed scratch with four ghost
+// Lines that a body cuts: up to a tile of segments side by side in a transposed scratch with four ghost
 // nodes at each end (wall ghosts or domain ghosts), solved by the same kernels. Elimination
 // coefficients are common from the start of the lines to the first face near a lane's end. Where a
 // segment goes on in another rank's block the fluxes of the faces at that end are known.
@@ -9,7 +9,7 @@
 #include "flow_solver/numerics/kernel_gas.hpp"
 #include "flow_solver/numerics/kernel_update.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 OCU_INLINE Index segment_nodes(const Context& ctx) { return face_doubles(ctx) / (largest_face_record * tile_width) + 16; }
 
@@ -20,11 +20,11 @@ OCU_INLINE Index segment_doubles(const Context& ctx) {
 
 /// Places in the scratch, node or face 0 of each.
 struct SegmentScratch {
-  double *buf, *nodes, *spacing, *inverse_h, *jacobian, *tail, *pencil;
-  OCU_INLINE SegmentScratch(const Context& ctx, double* scratch) {
+  Real *buf, *nodes, *spacing, *inverse_h, *jacobian, *tail, *pencil;
+  OCU_INLINE SegmentScratch(const Context& ctx, Real* scratch) {
     const Index length = segment_nodes(ctx) * tile_width;
     buf = face_zero(scratch);
-    double* at = scratch + face_doubles(ctx);
+    Real* at = scratch + face_doubles(ctx);
     nodes = at + 8 * node_record * tile_width;
     at += length * node_record;
     spacing = at + 8 * tile_width;
@@ -86,9 +86,9 @@ OCU_INLINE int shortest_of(const SegmentBatch& s) {
 /// Rows of the faces [split, end] of each lane with its own end closure, eliminated onwards from the
 /// common rows; zeros beyond a lane's end. `known`: faces whose flux is given where another rank goes on:
 /// their rows are zero at the high end and hand on the value before them at the low one.
-OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const EndRows& e, bool filter, int known,
+OCU_INLINE void lane_tail(const Real* rows, int row_size, int weights, const EndRows& e, bool filter, int known,
                           const LaneEnd* low, const LaneEnd* high, const SegmentBatch& s, int split, int end,
-                          double* tail) {
+                          Real* tail) {
   for (int l = 0; l < tile_width; ++l) {
     const int lane = l < s.lanes ? l : 0;
     const int n = s.length[lane];
@@ -100,7 +100,7 @@ OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const E
       c_before[p] = rows[static_cast<Index>(split - 1) * row_size + p * (weights + 3) + weights + 1];
     }
     for (int j = split; j <= end; ++j) {
-      double* out = tail + static_cast<Index>(j - split) * row_size * tile_width + l;
+      Real* out = tail + static_cast<Index>(j - split) * row_size * tile_width + l;
       if (j > last || j < first) {
         for (int c = 0; c < row_size; ++c) out[c * tile_width] = 0.0;
         for (int p = 0; p < n_classes; ++p) {
@@ -128,10 +128,10 @@ OCU_INLINE void lane_tail(const double* rows, int row_size, int weights, const E
           }
         }
         pivot /= 1.0 - lower * c_before[p];
-        double* row = out + p * (weights + 3) * tile_width;
-        for (int c = 0; c < weights; ++c) row[c * tile_width] = pivot * e.weights[reach][c];
-        row[weights * tile_width] = lower * pivot;
-        row[(weights + 1) * tile_width] = upper * pivot;
+        Real* row = out + p * (weights + 3) * tile_width;
+        for (int c = 0; c < weights; ++c) row[c * tile_width] = rounded(pivot * e.weights[reach][c]);
+        row[weights * tile_width] = rounded(lower * pivot);
+        row[(weights + 1) * tile_width] = rounded(upper * pivot);
         c_before[p] = upper * pivot;
       }
     }
@@ -172,22 +172,22 @@ OCU_INLINE const LineView& common_rows(const Context& ctx, int axis, const Segme
 
 /// Known fluxes of the lanes at one end, [face, component, lane].
 struct LaneFluxes {
-  alignas(64) double at[known_filter_faces * 5 * tile_width];
+  alignas(64) Real at[known_filter_faces * 5 * tile_width];
   int faces;
   /// `known`: as in KnownEnd.
-  OCU_INLINE void take(const Context& ctx, int axis, const SegmentBatch& s, const double* known, int count) {
+  OCU_INLINE void take(const Context& ctx, int axis, const SegmentBatch& s, const Real* known, int count) {
     faces = count;
     for (int l = 0; l < tile_width; ++l) {
       const int lane = l < s.lanes ? l : 0;
       const Index groups = axis == 0 ? ctx.mask_groups : ctx.mask_tiles;
       const Index group = s.c[lane] * groups + s.b[lane] / tile_width;
-      const double* from = known + group * count * 5 * tile_width + s.b[lane] % tile_width;
+      const Real* from = known + group * count * 5 * tile_width + s.b[lane] % tile_width;
       for (int v = 0; v < count * 5; ++v) at[v * tile_width + l] = from[v * tile_width];
     }
   }
   /// Into the faces that end the lanes.
   template <int Record>
-  OCU_INLINE void put_high(const SegmentBatch& s, double* buf) const {
+  OCU_INLINE void put_high(const SegmentBatch& s, Real* buf) const {
     for (int l = 0; l < tile_width; ++l) {
       const int first = s.length[l < s.lanes ? l : 0] + 1 - faces;
       for (int j = 0; j < faces; ++j) {
@@ -218,7 +218,7 @@ OCU_INLINE void load_metric(const Context& ctx, int axis, const SegmentBatch& s,
 /// at the other end: the wall's ghost of that layer, mirrored. The domain's ghost there holds what
 /// is on the wall's other side. Null: not such a node.
 template <int D>
-OCU_INLINE const double* ghost_across_mirror(const Context& ctx, const SegmentBatch& s,
+OCU_INLINE const Real* ghost_across_mirror(const Context& ctx, const SegmentBatch& s,
                                              const SegmentLanes& t, int l, int at) {
   const int lane = l < s.lanes ? l : 0;
   const int n = s.length[lane];
@@ -241,28 +241,28 @@ OCU_INLINE bool flips(LaneEnd end, int f) {
 /// repetitions up to the longest lane. Diffusivities of ghosts are those of the end node.
 template <int D, int Visc>
 OCU_INLINE void load_lane(const Context& ctx, const SegmentBatch& s, const SegmentLanes& t, int l,
-                          double* nodes) {
+                          Real* nodes) {
   const int lane = l < s.lanes ? l : 0;
   const int n = s.length[lane];
   const Block& w = ctx.W;
   const Index sl = stride_along(w, D);
-  const double* base = w.data + offset_in(w, t.origin[l]);
+  const Real* base = w.data + offset_in(w, t.origin[l]);
   const Index gl = stride_along(ctx.G, D);
-  const double* g_base = Visc == narrow_viscosity ? ctx.G.data + offset_in(ctx.G, t.origin[l]) : nullptr;
+  const Real* g_base = Visc == narrow_viscosity ? ctx.G.data + offset_in(ctx.G, t.origin[l]) : nullptr;
   const int component[4] = {first_gradient + (D == 0 ? 1 : (D == 1 ? 3 : 6)),
                             first_gradient + (D == 0 ? 2 : (D == 1 ? 5 : 7)), first_gradient + transverse_1[D],
                             first_gradient + transverse_2[D]};
   for (int i = -4; i < t.longest + 4; ++i) {
-    double* out = nodes + static_cast<Index>(i) * node_record * tile_width + l;
+    Real* out = nodes + static_cast<Index>(i) * node_record * tile_width + l;
     const int at = i < n + 4 ? i : n + 3;
     const int inside = at < 0 ? 0 : (at >= n ? n - 1 : at);
     const bool wall = (at < 0 && t.low[l] == LaneEnd::wall) || (at >= n && t.high[l] == LaneEnd::wall);
     if (wall) {
       const int index = at < 0 ? s.wall_low[lane] : s.wall_high[lane];
       const int layer = at < 0 ? -1 - at : at - n;
-      const double* ghost = ctx.wall_ghost[D] + (static_cast<Index>(index) * 4 + layer) * 5;
+      const Real* ghost = ctx.wall_ghost[D] + (static_cast<Index>(index) * 4 + layer) * 5;
       for (int f = 0; f < 5; ++f) out[f * tile_width] = ghost[f];
-    } else if (const double* across = ghost_across_mirror<D>(ctx, s, t, l, at)) {
+    } else if (const Real* across = ghost_across_mirror<D>(ctx, s, t, l, at)) {
       const LaneEnd end = at < 0 ? t.low[l] : t.high[l];
       for (int f = 0; f < 5; ++f) out[f * tile_width] = flips<D>(end, f) ? -across[f] : across[f];
     } else {
@@ -278,8 +278,8 @@ OCU_INLINE void load_lane(const Context& ctx, const SegmentBatch& s, const Segme
     out[field_kappa * tile_width] = base[smooth * sl + field_kappa * w.sf];
     if constexpr (Visc == narrow_viscosity) {
       const double mu_gas = gas_viscosity(ctx, Scalar{base[smooth * sl + 4 * w.sf]}).v;
-      out[node_mu * tile_width] = base[smooth * sl + field_mu * w.sf] + mu_gas;
-      out[field_kappa * tile_width] += ctx.heat_per_viscosity * mu_gas;
+      out[node_mu * tile_width] = rounded(base[smooth * sl + field_mu * w.sf] + mu_gas);
+      out[field_kappa * tile_width] = rounded(out[field_kappa * tile_width] + ctx.heat_per_viscosity * mu_gas);
       for (int q = 0; q < 4; ++q) {
         out[(node_gradient + q) * tile_width] = g_base[inside * gl + component[q] * ctx.G.sf];
       }
@@ -305,7 +305,7 @@ OCU_INLINE Lanes segment_lanes(const Context& ctx, const SegmentBatch& s, const 
     lanes.mark[l] = ctx.mark + mark_at(ctx, o[0], o[1], o[2]);
     lanes.low[l] = t.low[l];
     lanes.high[l] = t.high[l];
-    const double* node = ctx.W.data + offset_in(ctx.W, o);
+    const Real* node = ctx.W.data + offset_in(ctx.W, o);
     lanes.low_state[l] = node - wl;
     lanes.high_state[l] = node + n * wl;
     lanes.low_stride[l] = lanes.high_stride[l] = ctx.W.sf;
@@ -337,7 +337,7 @@ OCU_INLINE Lanes segment_lanes(const Context& ctx, const SegmentBatch& s, const 
 }
 
 template <int D, int Visc, bool Eight>
-void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch& s) {
+void sweep_segment_batch(const Context& ctx, Real* scratch, const SegmentBatch& s) {
   const SegmentScratch mem(ctx, scratch);
   const SegmentLanes t = lanes_of_batch(ctx, D, s);
   for (int l = 0; l < tile_width; ++l) load_lane<D, Visc>(ctx, s, t, l, mem.nodes);
@@ -381,7 +381,7 @@ void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch
   const Block& to = D == 0 ? ctx.X : ctx.R;
   const Index rl = stride_along(to, D);
   for (int l = 0; l < s.lanes; ++l) {
-    double* r = to.data + offset_in(to, t.origin[l]);
+    Real* r = to.data + offset_in(to, t.origin[l]);
     for (int i = 0; i < s.length[l]; ++i) {
       for (int f = 0; f < 5; ++f) {
         r[i * rl + f * to.sf] += mem.pencil[(static_cast<Index>(i) * 5 + f) * tile_width + l];
@@ -392,7 +392,7 @@ void sweep_segment_batch(const Context& ctx, double* scratch, const SegmentBatch
 
 /// Conserved state of a wall or domain ghost of a lane.
 template <int D>
-OCU_INLINE void ghost_conserved(const Context& ctx, const double* w, Index stride, double out[5]) {
+OCU_INLINE void ghost_conserved(const Context& ctx, const Real* w, Index stride, double out[5]) {
   const double u[3] = {w[stride], w[2 * stride], w[3 * stride]};
   const PointState p = point_from_primitive(ctx, w[0], u, w[4 * stride]);
   for (int f = 0; f < 5; ++f) out[f] = p.q[f];
@@ -400,14 +400,14 @@ OCU_INLINE void ghost_conserved(const Context& ctx, const double* w, Index strid
 
 template <int D>
 OCU_INLINE void load_filter_lane(const Context& ctx, const SegmentBatch& s, const SegmentLanes& t, int l,
-                                 double* pencil) {
+                                 Real* pencil) {
   const int lane = l < s.lanes ? l : 0;
   const int n = s.length[lane];
-  const double* a = ctx.A.data + offset_in(ctx.A, t.origin[l]);
+  const Real* a = ctx.A.data + offset_in(ctx.A, t.origin[l]);
   const Index al = stride_along(ctx.A, D), wl = stride_along(ctx.W, D);
-  const double* w = ctx.W.data + offset_in(ctx.W, t.origin[l]);
+  const Real* w = ctx.W.data + offset_in(ctx.W, t.origin[l]);
   for (int i = -4; i < t.longest + 4; ++i) {
-    double* out = pencil + static_cast<Index>(i) * 5 * tile_width + l;
+    Real* out = pencil + static_cast<Index>(i) * 5 * tile_width + l;
     const int at = i < n + 4 ? i : n + 3;
     double q[5];
     const bool low = at < 0, high = at >= n;
@@ -424,18 +424,18 @@ OCU_INLINE void load_filter_lane(const Context& ctx, const SegmentBatch& s, cons
         const double v = a[from * al + f * ctx.A.sf];
         q[f] = flips<D>(end, f) ? -v : v;
       }
-    } else if (const double* across = ghost_across_mirror<D>(ctx, s, t, l, at)) {
+    } else if (const Real* across = ghost_across_mirror<D>(ctx, s, t, l, at)) {
       ghost_conserved<D>(ctx, across, 1, q);
       for (int f = 0; f < 5; ++f) q[f] = flips<D>(end, f) ? -q[f] : q[f];
     } else {
       ghost_conserved<D>(ctx, w + at * wl, ctx.W.sf, q);
     }
-    for (int f = 0; f < 5; ++f) out[f * tile_width] = q[f];
+    for (int f = 0; f < 5; ++f) out[f * tile_width] = rounded(q[f]);
   }
 }
 
 template <int D>
-void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatch& s) {
+void filter_segment_batch(const Context& ctx, Real* scratch, const SegmentBatch& s) {
   const SegmentScratch mem(ctx, scratch);
   const SegmentLanes t = lanes_of_batch(ctx, D, s);
   for (int l = 0; l < tile_width; ++l) load_filter_lane<D>(ctx, s, t, l, mem.pencil);
@@ -462,7 +462,7 @@ void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatc
                    });
   const Index al = stride_along(ctx.A, D);
   for (int l = 0; l < s.lanes; ++l) {
-    double* a = ctx.A.data + offset_in(ctx.A, t.origin[l]);
+    Real* a = ctx.A.data + offset_in(ctx.A, t.origin[l]);
     for (int i = 0; i < s.length[l]; ++i) {
       for (int f = 0; f < 5; ++f) {
         a[i * al + f * ctx.A.sf] = mem.pencil[(static_cast<Index>(i) * 5 + f) * tile_width + l];
@@ -472,7 +472,7 @@ void filter_segment_batch(const Context& ctx, double* scratch, const SegmentBatc
 }
 
 template <int D>
-OCU_INLINE void sweep_segment_axis(const Context& ctx, double* scratch, const SegmentBatch& s) {
+OCU_INLINE void sweep_segment_axis(const Context& ctx, Real* scratch, const SegmentBatch& s) {
   if constexpr (D > 0) {
     if (s.aligned && !ctx.nodal_stress &&
         (ctx.eighth_order ? sweep_aligned<D, true>(ctx, scratch, s) : sweep_aligned<D, false>(ctx, scratch, s))) {
@@ -488,13 +488,13 @@ OCU_INLINE void sweep_segment_axis(const Context& ctx, double* scratch, const Se
   }
 }
 
-inline void sweep_segments(const Context& ctx, double* scratch, int axis, const SegmentBatch& s) {
+inline void sweep_segments(const Context& ctx, Real* scratch, int axis, const SegmentBatch& s) {
   if (axis == 0) sweep_segment_axis<0>(ctx, scratch, s);
   if (axis == 1) sweep_segment_axis<1>(ctx, scratch, s);
   if (axis == 2) sweep_segment_axis<2>(ctx, scratch, s);
 }
 
-inline void filter_segments(const Context& ctx, double* scratch, int axis, const SegmentBatch& s) {
+inline void filter_segments(const Context& ctx, Real* scratch, int axis, const SegmentBatch& s) {
   if (axis == 0) filter_segment_batch<0>(ctx, scratch, s);
   if (axis == 1) filter_segment_batch<1>(ctx, scratch, s);
   if (axis == 2) filter_segment_batch<2>(ctx, scratch, s);

@@ -5,10 +5,12 @@
 // energy; nine-point Gaussian (Cook and Cabot 2005); cap on the diffusivities. In R: field 0 theta,
 // 1 bulk sensor, 2 heat sensor, 3 strain rate, 4 shear sensor.
 
+#include <limits>
+
 #include "flow_solver/numerics/kernel_gas.hpp"
 #include "flow_solver/numerics/kernel_update.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 enum SensorField : int { sensor_theta = 0, sensor_bulk = 1, sensor_heat = 2, sensor_strain = 3, sensor_shear = 4 };
 
@@ -23,14 +25,14 @@ inline constexpr double narrow_radius = 4.0;
 OCU_INLINE Index stride_of(const Block& b, int axis) { return axis == 0 ? 1 : (axis == 1 ? b.sj : b.sk); }
 
 /// Metric along an axis at node vector i0 of row j, plane k.
-OCU_INLINE Vec along(const double* const values[3], int axis, int i0, int j, int k) {
+OCU_INLINE Vec along(const Real* const values[3], int axis, int i0, int j, int k) {
   if (axis == 0) return load(values[0] + i0);
   return splat(axis == 1 ? values[1][j] : values[2][k]);
 }
 
 struct Metrics {
-  const double* h[3];
-  const double* inverse[3];
+  const Real* h[3];
+  const Real* inverse[3];
   OCU_INLINE explicit Metrics(const Context& ctx) {
     for (int a = 0; a < 3; ++a) {
       h[a] = ctx.line[a].jacobian;
@@ -40,27 +42,27 @@ struct Metrics {
 };
 
 /// Second-order central dilatation at the node vector w.
-OCU_INLINE Vec dilatation(const Context& ctx, const Metrics& m, const double* w, int i0, int j, int k) {
+OCU_INLINE Vec dilatation(const Context& ctx, const Metrics& m, const Real* w, int i0, int j, int k) {
   const Block& b = ctx.W;
   Vec theta = splat(0.0);
   for (int a = 0; a < 3; ++a) {
     if (!ctx.present[a]) continue;
     const Index s = stride_of(b, a);
-    const double* u = w + (1 + a) * b.sf;
+    const Real* u = w + (1 + a) * b.sf;
     theta = theta + (load(u + s) - load(u - s)) * (splat(0.5) * along(m.inverse, a, i0, j, k));
   }
   return theta;
 }
 
 /// Sixth-order central slope of the field at p along its stride.
-OCU_INLINE Vec central_slope(const double* p, Index s, Vec inverse_h) {
+OCU_INLINE Vec central_slope(const Real* p, Index s, Vec inverse_h) {
   return (splat(45.0) * (load(p + s) - load(p - s)) - splat(9.0) * (load(p + 2 * s) - load(p - 2 * s)) +
           (load(p + 3 * s) - load(p - 3 * s))) *
          (splat(1.0 / 60.0) * inverse_h);
 }
 
 /// Sixth-order central dilatation.
-OCU_INLINE Vec smooth_dilatation(const Context& ctx, const Metrics& m, const double* w, int i0, int j, int k) {
+OCU_INLINE Vec smooth_dilatation(const Context& ctx, const Metrics& m, const Real* w, int i0, int j, int k) {
   Vec theta = splat(0.0);
   for (int a = 0; a < 3; ++a) {
     if (!ctx.present[a]) continue;
@@ -69,12 +71,12 @@ OCU_INLINE Vec smooth_dilatation(const Context& ctx, const Metrics& m, const dou
   return theta;
 }
 
-OCU_INLINE Vec fourth_difference(const double* p, Index s) {
+OCU_INLINE Vec fourth_difference(const Real* p, Index s) {
   return (load(p - 2 * s) + load(p + 2 * s)) - splat(4.0) * (load(p - s) + load(p + s)) + splat(6.0) * load(p);
 }
 
 /// Magnitude of the strain rate tensor, seed eq. 12.
-OCU_INLINE Vec strain_rate(const Context& ctx, const Metrics& m, const double* w, int i0, int j, int k) {
+OCU_INLINE Vec strain_rate(const Context& ctx, const Metrics& m, const Real* w, int i0, int j, int k) {
   Vec g[3][3];
   const Block& b = ctx.W;
   for (int a = 0; a < 3; ++a) {
@@ -82,7 +84,7 @@ OCU_INLINE Vec strain_rate(const Context& ctx, const Metrics& m, const double* w
       g[a][d] = splat(0.0);
       if (!ctx.present[d]) continue;
       const Index s = stride_of(b, d);
-      const double* u = w + (1 + a) * b.sf;
+      const Real* u = w + (1 + a) * b.sf;
       g[a][d] = (load(u + s) - load(u - s)) * (splat(0.5) * along(m.inverse, d, i0, j, k));
     }
   }
@@ -102,10 +104,10 @@ inline void bulk_rows(const Context& shared, int k, int j0, int j1) {
   const Block& b = ctx.W;
   const int n0 = ctx.n[0];
   for (int j = j0; j < j1; ++j) {
-    double* row = b.data + k * b.sk + j * b.sj + field_bulk * b.sf;
+    Real* row = b.data + k * b.sk + j * b.sj + field_bulk * b.sf;
     for (int t = 0; t < ctx.tiles; ++t) {
       const int i0 = t * tile_width;
-      const double* w = row - field_bulk * b.sf + i0;
+      const Real* w = row - field_bulk * b.sf + i0;
       const Vec theta = ctx.paper ? smooth_dilatation(ctx, m, w, i0, j, k) : dilatation(ctx, m, w, i0, j, k);
       store(row + i0, -(load(w + field_beta * b.sf) * theta));
     }
@@ -122,7 +124,7 @@ inline void bulk_rows(const Context& shared, int k, int j0, int j1) {
 inline void bulk_ghost_rows(const Context& ctx, int k) {
   if (!ctx.present[1]) return;
   const Block& b = ctx.W;
-  double* plane = b.data + k * b.sk + field_bulk * b.sf;
+  Real* plane = b.data + k * b.sk + field_bulk * b.sf;
   const int n1 = ctx.n[1];
   const LineView& y = ctx.line[1];
   for (int g = 0; g < 4; ++g) {
@@ -140,13 +142,14 @@ inline void theta_plane(const Context& shared, int k, PlaneMaxima& out) {
   const Context ctx = shared;
   const Metrics m(ctx);
   const Block& b = ctx.W;
-  Vec convection = splat(0.0), fastest = splat(0.0), p_max = splat(0.0), p_min = splat(1e300);
+  Vec convection = splat(0.0), fastest = splat(0.0), p_max = splat(0.0);
+  Vec p_min = splat(std::numeric_limits<Real>::max());
   const Vec gamma_R = splat(ctx.gamma * ctx.gas_constant), R = splat(ctx.gas_constant);
   for (int j = 0; j < ctx.n[1]; ++j) {
     for (int t = 0; t < ctx.tiles; ++t) {
       const int i0 = t * tile_width;
-      const double* w = b.data + i0 + j * b.sj + k * b.sk;
-      double* r = ctx.R.data + i0 + j * ctx.R.sj + k * ctx.R.sk;
+      const Real* w = b.data + i0 + j * b.sj + k * b.sk;
+      Real* r = ctx.R.data + i0 + j * ctx.R.sj + k * ctx.R.sk;
       store(r + sensor_theta * ctx.R.sf, dilatation(ctx, m, w, i0, j, k));
       if (ctx.need_strain) store(r + sensor_strain * ctx.R.sf, strain_rate(ctx, m, w, i0, j, k));
       const unsigned fluid = ctx.fluid[tile_at(ctx, t, j, k)];
@@ -160,7 +163,7 @@ inline void theta_plane(const Context& shared, int k, PlaneMaxima& out) {
         rate = rate + axis_rate;
         one = vmax(one, axis_rate);
       }
-      if (fluid == 0xffu) {
+      if (fluid == all_lanes) {
         convection = vmax(convection, rate);
         fastest = vmax(fastest, one);
         p_max = vmax(p_max, p);
@@ -185,8 +188,8 @@ inline long premark_plane(const Context& ctx, int k, double ratio) {
   long count = 0;
   for (int j = 0; j < ctx.n[1]; ++j) {
     for (int t = 0; t < ctx.tiles; ++t) {
-      const double* w = b.data + t * tile_width + j * b.sj + k * b.sk;
-      const double* T = w + 4 * b.sf;
+      const Real* w = b.data + t * tile_width + j * b.sj + k * b.sk;
+      const Real* T = w + 4 * b.sf;
       const Vec p = load(w) * R * load(T);
       const Vec high = X * p;
       unsigned hit = 0;
@@ -214,9 +217,9 @@ inline void sensor_rows(const Context& shared, int k, int j0, int j1) {
   for (int j = j0; j < j1; ++j) {
     for (int t = 0; t < ctx.tiles; ++t) {
       const int i0 = t * tile_width;
-      double* at = r.data + i0 + j * r.sj + k * r.sk;
-      const double* T = ctx.W.data + i0 + j * ctx.W.sj + k * ctx.W.sk + 4 * ctx.W.sf;
-      const double* bulk_of = at + (ctx.strain_sensor ? sensor_strain : sensor_theta) * r.sf;
+      Real* at = r.data + i0 + j * r.sj + k * r.sk;
+      const Real* T = ctx.W.data + i0 + j * ctx.W.sj + k * ctx.W.sk + 4 * ctx.W.sf;
+      const Real* bulk_of = at + (ctx.strain_sensor ? sensor_strain : sensor_theta) * r.sf;
       Vec bulk = zero, heat = zero, shear = zero;
       for (int a = 0; a < 3; ++a) {
         if (!ctx.present[a]) continue;
@@ -230,7 +233,7 @@ inline void sensor_rows(const Context& shared, int k, int j0, int j1) {
       heat = vabs(cv * heat);
       shear = vabs(shear);
       const unsigned fluid = ctx.fluid[tile_at(ctx, t, j, k)];
-      if (fluid != 0xffu) {
+      if (fluid != all_lanes) {
         bulk = select(fluid, bulk, zero);
         heat = select(fluid, heat, zero);
         shear = select(fluid, shear, zero);
@@ -242,7 +245,7 @@ inline void sensor_rows(const Context& shared, int k, int j0, int j1) {
   }
 }
 
-OCU_INLINE Vec gauss_sum(const double* p, Index s) {
+OCU_INLINE Vec gauss_sum(const Real* p, Index s) {
   Vec sum = splat(gauss[0]) * load(p);
 #pragma GCC unroll 4
   for (int d = 1; d <= 4; ++d) sum = madd(splat(gauss[d]), load(p - d * s) + load(p + d * s), sum);
@@ -257,7 +260,7 @@ struct Diffusivity {
 OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Diffusivity& s, int i0, int j,
                                   int k) {
   const Block& b = ctx.W;
-  double* w = b.data + i0 + j * b.sj + k * b.sk;
+  Real* w = b.data + i0 + j * b.sj + k * b.sk;
   const Vec rho = load(w), T = load(w + 4 * b.sf);
   Vec inverse_h2 = splat(0.0), nodal_h2 = splat(0.0);
   double directions = 0.0;
@@ -287,7 +290,7 @@ OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Di
   return vmax(motion, heat);
 }
 
-inline void diffusivity_rows(const Context& shared, double* scratch, int k, int j0, int j1, PlaneMaxima& out) {
+inline void diffusivity_rows(const Context& shared, Real* scratch, int k, int j0, int j1, PlaneMaxima& out) {
   const Context ctx = shared;
   const Metrics m(ctx);
   const Block& r = ctx.R;
@@ -296,13 +299,13 @@ inline void diffusivity_rows(const Context& shared, double* scratch, int k, int 
   // A row with its margins; node 0 at 8.
   const Index width = tile_width + (ctx.n[0] + 4 + tile_width - 1) / tile_width * tile_width;
   const int low = j0 - (ctx.present[1] ? 4 : 0), rows = j1 - j0 + (ctx.present[1] ? 8 : 0);
-  double* averaged_z = scratch;
-  double* averaged_y = scratch + static_cast<Index>(rows) * 3 * width;
+  Real* averaged_z = scratch;
+  Real* averaged_y = scratch + static_cast<Index>(rows) * 3 * width;
   const Index first = -tile_width;
   for (int jj = 0; jj < rows; ++jj) {
     for (int f = 0; f < fields; ++f) {
-      const double* from = r.data + (low + jj) * r.sj + k * r.sk + field[f] * r.sf + first;
-      double* to = averaged_z + (static_cast<Index>(jj) * 3 + f) * width;
+      const Real* from = r.data + (low + jj) * r.sj + k * r.sk + field[f] * r.sf + first;
+      Real* to = averaged_z + (static_cast<Index>(jj) * 3 + f) * width;
       for (Index i = 0; i < width; i += tile_width) {
         store(to + i, ctx.present[2] ? gauss_sum(from + i, r.sk) : load(from + i));
       }
@@ -311,19 +314,19 @@ inline void diffusivity_rows(const Context& shared, double* scratch, int k, int 
   Vec worst = splat(0.0);
   for (int j = j0; j < j1; ++j) {
     for (int f = 0; f < fields; ++f) {
-      const double* from = averaged_z + (static_cast<Index>(j - low) * 3 + f) * width;
+      const Real* from = averaged_z + (static_cast<Index>(j - low) * 3 + f) * width;
       for (Index i = 0; i < width; i += tile_width) {
         store(averaged_y + f * width + i, ctx.present[1] ? gauss_sum(from + i, 3 * width) : load(from + i));
       }
     }
     for (int t = 0; t < ctx.tiles; ++t) {
       const int i0 = t * tile_width;
-      const double* at = averaged_y + tile_width + i0;
+      const Real* at = averaged_y + tile_width + i0;
       Diffusivity s{gauss_sum(at, 1), gauss_sum(at + width, 1), splat(0.0)};
       if (ctx.need_strain) s.shear = gauss_sum(at + 2 * width, 1);
       const Vec rate = store_coefficients(ctx, m, s, i0, j, k);
       const unsigned fluid = ctx.fluid[tile_at(ctx, t, j, k)];
-      worst = vmax(worst, fluid == 0xffu ? rate : select(fluid, rate, worst));
+      worst = vmax(worst, fluid == all_lanes ? rate : select(fluid, rate, worst));
     }
   }
   const double largest = largest_lane(worst);

@@ -8,13 +8,13 @@
 
 #include "flow_solver/numerics/kernel_sensor.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 /// Stress and energy flux of one node vector into G.
 OCU_INLINE void store_stress(const Context& ctx, const Metrics& m, int i0, int j, int k) {
   const Block& b = ctx.W;
-  const double* w = b.data + i0 + j * b.sj + k * b.sk;
-  double* out = ctx.G.data + i0 + j * ctx.G.sj + k * ctx.G.sk;
+  const Real* w = b.data + i0 + j * b.sj + k * b.sk;
+  Real* out = ctx.G.data + i0 + j * ctx.G.sj + k * ctx.G.sk;
   Vec g[3][3], heat[3];
   for (int d = 0; d < 3; ++d) {
     const Index s = stride_of(b, d);
@@ -56,15 +56,15 @@ OCU_INLINE void store_stress(const Context& ctx, const Metrics& m, int i0, int j
 /// and `gstep` one node inwards. A slip wall and a plane of symmetry mirror it, a no-slip wall is
 /// reached by the odd continuation about the flux at the wall, an open end takes the first ghost.
 template <int D, class T>
-OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool low, const double* w,
-                                Index step, double* g, Index gstep, int n) {
+OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool low, const Real* w,
+                                Index step, Real* g, Index gstep, int n) {
   using A = Access<T>;
   const Index sf = ctx.W.sf, gf = ctx.G.sf;
   const LaneEnd end = low ? line.low : line.high;
   if (line.periodic) {
     for (int layer = 0; layer < 4; ++layer) {
       for (int q = 0; q < 4; ++q) {
-        double* at = g + stress_component[D][q] * gf;
+        Real* at = g + stress_component[D][q] * gf;
         A::put(at - (1 + layer) * gstep, A::get(at + (n - 1 - layer) * gstep));
       }
     }
@@ -73,7 +73,7 @@ OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool l
   if (end == LaneEnd::mirrored_slip) {
     for (int layer = 0; layer < 4; ++layer) {
       for (int q = 0; q < 4; ++q) {
-        double* at = g + stress_component[D][q] * gf;
+        Real* at = g + stress_component[D][q] * gf;
         const T v = A::get(at + layer * gstep);
         A::put(at - (1 + layer) * gstep, q == D ? v : A::all(0.0) - v);
       }
@@ -83,7 +83,7 @@ OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool l
   if (end == LaneEnd::domain_ghost) {
     for (int layer = 1; layer < 4; ++layer) {
       for (int q = 0; q < 4; ++q) {
-        double* at = g + stress_component[D][q] * gf;
+        Real* at = g + stress_component[D][q] * gf;
         A::put(at - (1 + layer) * gstep, A::get(at - gstep));
       }
     }
@@ -91,7 +91,7 @@ OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool l
   }
   const WallEnd& wall = low ? line.wall_low : line.wall_high;
   const auto slope = [&](int f, double value) {
-    const double* p = w + f * sf;
+    const Real* p = w + f * sf;
     return (A::all(wall_slope[0] * value) + A::all(wall_slope[1]) * A::get(p) +
             A::all(wall_slope[2]) * A::get(p + step) + A::all(wall_slope[3]) * A::get(p + 2 * step)) *
            A::all(wall.inverse_spacing);
@@ -111,7 +111,7 @@ OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool l
   }
   for (int layer = 0; layer < 4; ++layer) {
     for (int q = 0; q < 4; ++q) {
-      double* at = g + stress_component[D][q] * gf;
+      Real* at = g + stress_component[D][q] * gf;
       const T v = A::get(at + layer * gstep);
       // The normal stress is even; the other fluxes end at the wall with their value there.
       A::put(at - (1 + layer) * gstep, q == D ? v : A::all(2.0) * at_wall[q] - v);
@@ -137,8 +137,8 @@ inline void stress_rows(const Context& shared, int k, int j0, int j1) {
     for (int t = first_tile; t < end_tile; ++t) store_stress(ctx, m, t * tile_width, j, k);
   }
   for (int j = j0; j < j1; ++j) {
-    const double* w = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
-    double* g = ctx.G.data + j * ctx.G.sj + k * ctx.G.sk;
+    const Real* w = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
+    Real* g = ctx.G.data + j * ctx.G.sj + k * ctx.G.sk;
     fill_stress_end<0, Scalar>(ctx, x, true, w, 1, g, 1, n0);
     fill_stress_end<0, Scalar>(ctx, x, false, w + n0 - 1, -1, g + n0 - 1, -1, n0);
   }
@@ -151,8 +151,8 @@ inline void stress_ends_y(const Context& shared, int k) {
   const LineView& y = ctx.line[1];
   const int n1 = ctx.n[1];
   for (int t = 0; t < ctx.tiles; ++t) {
-    const double* w = ctx.W.data + t * tile_width + k * ctx.W.sk;
-    double* g = ctx.G.data + t * tile_width + k * ctx.G.sk;
+    const Real* w = ctx.W.data + t * tile_width + k * ctx.W.sk;
+    Real* g = ctx.G.data + t * tile_width + k * ctx.G.sk;
     const Index last = n1 - 1;
     fill_stress_end<1, Vec>(ctx, y, true, w, ctx.W.sj, g, ctx.G.sj, n1);
     fill_stress_end<1, Vec>(ctx, y, false, w + last * ctx.W.sj, -ctx.W.sj, g + last * ctx.G.sj, -ctx.G.sj, n1);
@@ -165,8 +165,8 @@ inline void stress_ends_z(const Context& shared, int j) {
   const LineView& z = ctx.line[2];
   const Index last = ctx.n[2] - 1;
   for (int t = 0; t < ctx.tiles; ++t) {
-    const double* w = ctx.W.data + t * tile_width + j * ctx.W.sj;
-    double* g = ctx.G.data + t * tile_width + j * ctx.G.sj;
+    const Real* w = ctx.W.data + t * tile_width + j * ctx.W.sj;
+    Real* g = ctx.G.data + t * tile_width + j * ctx.G.sj;
     fill_stress_end<2, Vec>(ctx, z, true, w, ctx.W.sk, g, ctx.G.sk, ctx.n[2]);
     fill_stress_end<2, Vec>(ctx, z, false, w + last * ctx.W.sk, -ctx.W.sk, g + last * ctx.G.sk, -ctx.G.sk,
                             ctx.n[2]);

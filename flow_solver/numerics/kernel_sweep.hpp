@@ -1,11 +1,11 @@
 #pragma once
 
-// Sweeps over whole lines of a direction, eight at a time: x through a transposed block of eight
+// Sweeps over whole lines of a direction, a tile at a time: x through a transposed block of its
 // nodes, y straight from the rows. z is part of the update (kernel_update.hpp).
 
 #include "flow_solver/numerics/kernel_marked.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 /// Vectors per node in a transposed block: primitives, bulk, kappa, mu (cut lines), four gradients or
 /// stresses.
@@ -19,7 +19,7 @@ OCU_INLINE Index face_doubles(const Context& ctx) {
   return static_cast<Index>(longest + 24) * largest_face_record * tile_width;
 }
 /// Face 0 of the buffer at the head of the scratch.
-OCU_INLINE double* face_zero(double* scratch) { return scratch + face_margin * largest_face_record * tile_width; }
+OCU_INLINE Real* face_zero(Real* scratch) { return scratch + face_margin * largest_face_record * tile_width; }
 
 OCU_INLINE Index mark_row(const Context& ctx) { return static_cast<Index>(ctx.mask_tiles) * tile_width; }
 OCU_INLINE Index mark_at(const Context& ctx, int i, int j, int k) {
@@ -33,7 +33,7 @@ OCU_INLINE UniformCoef uniform_coef(const LineView& line) {
   return {line.flux, line.inverse_face_spacing, line.inverse_jacobian};
 }
 
-/// Number of the group of eight lines along D through node (i, j, k), as in Context::line_marked.
+/// Number of the group of tile_width lines along D through node (i, j, k), as in Context::line_marked.
 template <int D>
 OCU_INLINE Index line_group(const Context& ctx, int i, int j, int k) {
   if (D == 0) return static_cast<Index>(k) * ctx.mask_groups + j / tile_width;
@@ -64,7 +64,7 @@ OCU_INLINE Lanes whole_lanes(const Context& ctx, int i, int j, int k, unsigned a
     s.n[l] = ctx.n[D];
     s.low[l] = ctx.line[D].periodic ? LaneEnd::periodic : ctx.line[D].low;
     s.high[l] = ctx.line[D].periodic ? LaneEnd::periodic : ctx.line[D].high;
-    const double* node = w.data + ii + jj * w.sj + k * w.sk;
+    const Real* node = w.data + ii + jj * w.sj + k * w.sk;
     s.low_state[l] = node - wl;
     s.high_state[l] = node + ctx.n[D] * wl;
     s.low_stride[l] = s.high_stride[l] = w.sf;
@@ -79,36 +79,40 @@ OCU_INLINE Lanes whole_lanes(const Context& ctx, int i, int j, int k, unsigned a
 /// Bits of the rows (j0 + l < n) or columns that exist.
 OCU_INLINE unsigned existing(int first, int n) {
   const int count = n - first;
-  return count >= tile_width ? 0xffu : (1u << count) - 1u;
+  return count >= tile_width ? all_lanes : (1u << count) - 1u;
 }
 
-/// Rows of one field of eight x-lines to one vector per node.
-OCU_INLINE void rows_to_nodes(const double* const row[8], Index offset, double* out, Index step) {
-  Vec r[8];
-  load_columns(row, offset, r);
-  for (int a = 0; a < tile_width; ++a) store(out + a * step, r[a]);
+/// Four nodes of one field of a tile of x-lines to one vector per node.
+OCU_INLINE void rows_to_nodes(const Real* const row[tile_width], Index offset, Real* out, Index step) {
+  Vec r[4];
+  load_four_columns(row, offset, r);
+  for (int a = 0; a < 4; ++a) store(out + a * step, r[a]);
 }
 
+/// Nodes i0 + [first, last) of a tile, rounded outwards to fours.
 template <int Visc>
-OCU_INLINE void load_x_block(const Context& ctx, const double* const row[8], const double* const g_row[8],
-                             int i0, double* block) {
+OCU_INLINE void load_x_block(const Context& ctx, const Real* const row[tile_width], const Real* const g_row[tile_width],
+                             int i0, int first, int last, Real* block) {
   constexpr Index step = node_record * tile_width;
-  for (int f = 0; f <= field_kappa; ++f) rows_to_nodes(row, f * ctx.W.sf + i0, block + f * tile_width, step);
-  if constexpr (Visc == nodal_viscosity) {
-    for (int q = 0; q < 4; ++q) {
-      rows_to_nodes(g_row, stress_component[0][q] * ctx.G.sf + i0, block + (node_gradient + q) * tile_width, step);
+  const auto bring = [&](const Real* const rows[tile_width], Index field, int slot) OCU_FORCE {
+    for (int a = first / 4 * 4; a < last; a += 4) {
+      rows_to_nodes(rows, field + i0 + a, block + a * step + slot * tile_width, step);
     }
+  };
+  for (int f = 0; f <= field_kappa; ++f) bring(row, f * ctx.W.sf, f);
+  if constexpr (Visc == nodal_viscosity) {
+    for (int q = 0; q < 4; ++q) bring(g_row, stress_component[0][q] * ctx.G.sf, node_gradient + q);
   }
 }
 
-/// Rows of a group of eight x-lines, and those that come one group later: one row later still, as the
+/// Rows of a group of x-lines, and those that come one group later: one row later still, as the
 /// dilatation of a group looks at the row behind it. After the last row come the first ones of the
 /// next plane.
 struct XRows {
-  double* r[8];
-  const double* w[8];
-  const double* g[8];
-  const double* next[8];
+  Real* r[tile_width];
+  const Real* w[tile_width];
+  const Real* g[tile_width];
+  const Real* next[tile_width];
   Index sk, lines, parts;  ///< of the primitives: stride of planes, cache lines of a row, blocks of a walk
   OCU_INLINE XRows(const Context& ctx, int k, int j0, int last)
       : sk(ctx.present[2] ? ctx.W.sk : 0), lines((n_stage_fields - 1) * ctx.W.sf / tile_width),
@@ -129,7 +133,7 @@ struct XRows {
     for (int l = 0; l < tile_width; ++l) {
       for (Index q = begin; q < end; ++q) __builtin_prefetch(next[l] + q * tile_width, 0, 2);
       if (sk == 0) continue;
-      const double* w3 = next[l] + part * tile_width + 3 * sf;
+      const Real* w3 = next[l] + part * tile_width + 3 * sf;
       __builtin_prefetch(w3 + sk, 0, 2);
       __builtin_prefetch(w3 - sk, 0, 2);
     }
@@ -137,7 +141,7 @@ struct XRows {
 };
 
 template <int Visc, bool Eight>
-void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
+void sweep_x_group(const Context& shared, Real* scratch, int k, int group) {
   const Context ctx = shared;  // a copy: vector stores could alias the shared one
   const LineView& line = ctx.line[0];
   const int n = ctx.n[0], j0 = group * tile_width;
@@ -154,17 +158,19 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
     }
     return;
   }
-  double* buf = face_zero(scratch);
-  double* block = scratch + face_doubles(ctx);
+  Real* buf = face_zero(scratch);
+  Real* block = scratch + face_doubles(ctx);
   constexpr Index step = node_record * tile_width;
   const UniformCoef coef = uniform_coef(line);
   const GasVec gas(ctx);
   Forward<Visc, Eight> forward;
   bool started = false;
   for (int i0 = -tile_width; i0 <= walk.last; i0 += tile_width) {
-    load_x_block<Visc>(ctx, row.w, row.g, i0, block);
+    const int begin = i0 > walk.first ? i0 : walk.first;
+    const int end = i0 + tile_width <= walk.last ? i0 + tile_width : walk.last + 1;
+    load_x_block<Visc>(ctx, row.w, row.g, i0, begin - i0, end - i0, block);
     row.prefetch(i0 / tile_width + 1, ctx.W.sf);
-    const double* base = block - i0 * step;
+    const Real* base = block - i0 * step;
     Source src{base, tile_width, step, nullptr, {}, step};
     src.face_heat = !ctx.paper;
     for (int q = 0; q < 4; ++q) src.g[q] = base + (node_gradient + q) * tile_width;
@@ -173,20 +179,18 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
       start_known(line.known_low.flux, line.known_low.flux_faces, flag, forward.face);
     }
     started = true;
-    const int begin = i0 > walk.first ? i0 : walk.first;
-    const int end = i0 + tile_width <= walk.last ? i0 + tile_width : walk.last + 1;
     forward_nodes<0>(forward, gas, src, begin, end, coef, buf);
   }
   end_forward<0>(forward, walk.last, walk.missing_high, coef, buf);
   store_known_fluxes<face_record<Visc>>(line, n, flag, buf);
 
-  double* out = block;
+  Real* out = block;
   const auto sink = [&](int i, const Vec div[5]) OCU_FORCE {
-    double* at = out + static_cast<Index>(i % tile_width) * 5 * tile_width;
+    Real* at = out + static_cast<Index>(i % tile_width) * 5 * tile_width;
     for (int f = 0; f < 5; ++f) store(at + f * tile_width, div[f]);
     if (i % tile_width != 0) return;
     for (int f = 0; f < 5; ++f) {
-      Vec r[8];
+      Vec r[tile_width];
       for (int a = 0; a < tile_width; ++a) {
         r[a] = load(out + (static_cast<Index>(a) * 5 + f) * tile_width);
         if (cut != 0) r[a] = select(cut, splat(0.0), r[a]);
@@ -207,12 +211,12 @@ void sweep_x_group(const Context& shared, double* scratch, int k, int group) {
 template <int D, int Visc>
 OCU_INLINE Source whole_source(const Context& ctx, int i0, int j, int k) {
   const Block& w = ctx.W;
-  const double* base = w.data + i0 + j * w.sj + k * w.sk;
+  const Real* base = w.data + i0 + j * w.sj + k * w.sk;
   Source src{base, w.sf, D == 1 ? w.sj : w.sk, nullptr, {}, 0};
   src.face_heat = !ctx.paper;
   if constexpr (Visc == nodal_viscosity) {
     const Block& g = ctx.G;
-    const double* at = g.data + i0 + j * g.sj + k * g.sk;
+    const Real* at = g.data + i0 + j * g.sj + k * g.sk;
     src.gl = D == 1 ? g.sj : g.sk;
     for (int q = 0; q < 4; ++q) src.g[q] = at + stress_component[D][q] * g.sf;
   }
@@ -227,7 +231,7 @@ struct Column {
   unsigned marked;       ///< lanes with first-order faces
   bool solved;           ///< whether any lane's line is whole
   bool plain;            ///< no marks and no periodic ends in it: the fast backward pass
-  double *buf, *pencil;  ///< scratch: faces, and along z the new state in the last stage (or null)
+  Real *buf, *pencil;  ///< scratch: faces, and along z the new state in the last stage (or null)
 };
 
 /// Columns that are swept together, and the nodes that one of them walks before the next one goes on:
@@ -237,7 +241,7 @@ inline constexpr int column_group = 4;
 inline constexpr int column_walk = 8;
 
 /// Asks for `fields` of the rows of `columns` tiles from node p on.
-OCU_INLINE void prefetch_rows(const double* p, Index sf, int fields, int columns) {
+OCU_INLINE void prefetch_rows(const Real* p, Index sf, int fields, int columns) {
   for (int f = 0; f < fields; ++f) {
     for (int t = 0; t < columns; ++t) __builtin_prefetch(p + f * sf + t * tile_width, 0, 2);
   }
@@ -279,8 +283,8 @@ template <int D, int Visc, bool Eight>
 
 /// R = X + div of node j of a y column; div is zero on cut lanes.
 OCU_INLINE void add_y(const Context& ctx, const Column& col, int j, const Vec div[5]) {
-  double* at = ctx.R.data + col.i0 + j * ctx.R.sj + col.k * ctx.R.sk;
-  const double* from = ctx.X.data + col.i0 + j * ctx.X.sj + col.k * ctx.X.sk;
+  Real* at = ctx.R.data + col.i0 + j * ctx.R.sj + col.k * ctx.R.sk;
+  const Real* from = ctx.X.data + col.i0 + j * ctx.X.sj + col.k * ctx.X.sk;
   for (int f = 0; f < 5; ++f) {
     const Vec d = col.cut != 0 ? select(col.cut, splat(0.0), div[f]) : div[f];
     const Vec sum = load(from + f * ctx.X.sf) + d;
@@ -327,7 +331,7 @@ template <int Visc>
 }
 
 template <int Visc, bool Eight>
-void sweep_y_tiles(const Context& ctx, double* scratch, int k, int tile, int count) {
+void sweep_y_tiles(const Context& ctx, Real* scratch, int k, int tile, int count) {
   Column cols[column_group];
   for (int t = 0; t < count; ++t) {
     Column col{};
@@ -362,7 +366,7 @@ void sweep_y_tiles(const Context& ctx, double* scratch, int k, int tile, int cou
     }                                                                     \
   } while (false)
 
-inline void sweep_x(const Context& ctx, double* scratch, int k, int g0, int g1) {
+inline void sweep_x(const Context& ctx, Real* scratch, int k, int g0, int g1) {
   for (int g = g0; g < g1; ++g) OCU_VARIANT(ctx, sweep_x_group, ctx, scratch, k, g);
 }
 
@@ -376,7 +380,7 @@ OCU_INLINE void by_column_groups(int t0, int t1, Sweep&& sweep) {
   }
 }
 
-inline void sweep_y(const Context& ctx, double* scratch, int k, int t0, int t1) {
+inline void sweep_y(const Context& ctx, Real* scratch, int k, int t0, int t1) {
   by_column_groups(t0, t1, [&](int first, int count) {
     OCU_VARIANT(ctx, sweep_y_tiles, ctx, scratch, k, first, count);
   });

@@ -5,11 +5,13 @@
 
 #include "flow_solver/numerics/kernel_filter.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 // Classical fourth-order Runge-Kutta with stage states q1 .. q3: q(s+1) = q^n - a dt R(q(s)), and
 // q^n+1 = (q1 + 2 q2 + q3 - q^n) / 3 - dt/6 R(q3). A holds the bracket, begun in the second stage:
-// the first one stores nothing (q1 is known from the primitives), the last one needs no q^n.
+// the first one stores nothing (q1 is known from the primitives), the last one needs no q^n. In single
+// precision A holds what the bracket adds to q^n instead: thirds of whole states would move gas at rest by
+// a rounding error per step, always the same way.
 inline constexpr double stage_a[4] = {0.5, 0.5, 1.0, 1.0 / 6.0};
 inline constexpr double third = 1.0 / 3.0;
 
@@ -25,7 +27,7 @@ inline constexpr double third = 1.0 / 3.0;
 
 /// Primitives of conserved q into W where the mask is set; tests density and pressure against the
 /// old values there. Returns the bits of failed lanes.
-OCU_INLINE unsigned store_primitives(const Context& ctx, const Vec q[5], double* w, unsigned fluid,
+OCU_INLINE unsigned store_primitives(const Context& ctx, const Vec q[5], Real* w, unsigned fluid,
                                      bool test) {
   const Vec inverse = splat(1.0) / q[0];
   const Vec u = q[1] * inverse, v = q[2] * inverse, ww = q[3] * inverse;
@@ -42,7 +44,7 @@ OCU_INLINE unsigned store_primitives(const Context& ctx, const Vec q[5], double*
            not_at_least(p, vmax(p_limit, splat(ctx.floor_p)))) & fluid;
   }
   const Vec out[5] = {q[0], u, v, ww, T};
-  if (fluid == 0xffu) {
+  if (fluid == all_lanes) {
     for (int f = 0; f < 5; ++f) store(w + f * sf, out[f]);
   } else {
     for (int f = 0; f < 5; ++f) store(w + f * sf, select(fluid, out[f], load(w + f * sf)));
@@ -52,8 +54,8 @@ OCU_INLINE unsigned store_primitives(const Context& ctx, const Vec q[5], double*
 
 /// Primitive and conserved places of one node vector.
 struct NodePlaces {
-  double *w, *a;
-  const double* q;
+  Real *w, *a;
+  const Real* q;
   OCU_INLINE NodePlaces(const Context& c, int i0, int j, int k)
       : w(c.W.data + i0 + j * c.W.sj + k * c.W.sk),
         a(c.A.data + i0 + j * c.A.sj + k * c.A.sk),
@@ -64,12 +66,13 @@ struct NodePlaces {
 /// to `line` (a pencil's node), or to A if that is null. Returns the bits of failed lanes.
 template <int Stage>
 OCU_INLINE unsigned update_node(const Context& ctx, const NodePlaces& at, unsigned fluid, const Vec R[5],
-                                double* line) {
+                                Real* line) {
   const Vec step = splat(stage_a[Stage] * ctx.dt);
   Vec q[5];
   if constexpr (Stage == 3) {
     for (int f = 0; f < 5; ++f) {
       q[f] = nmadd(step, R[f], load(at.a + f * ctx.A.sf));
+      if constexpr (is_single) q[f] = load(at.q + f * ctx.Q.sf) + q[f];
       store(line != nullptr ? line + f * tile_width : at.a + f * ctx.A.sf, q[f]);
     }
     return 0;
@@ -83,16 +86,19 @@ OCU_INLINE unsigned update_node(const Context& ctx, const NodePlaces& at, unsign
     for (int f = 0; f < 5; ++f) {
       const Vec qn = load(at.q + f * ctx.Q.sf);
       q[f] = nmadd(step, R[f], qn);
-      double* a = at.a + f * ctx.A.sf;
+      Real* a = at.a + f * ctx.A.sf;
       if constexpr (Stage == 1) {
-        Vec sum = splat(third) * (madd(splat(2.0), q[f], q1[f]) - qn);
-        if (fluid != 0xffu) sum = select(fluid, sum, qn);  // ghosts of bodies are no state of the stages
+        Vec sum;
+        if constexpr (is_single) sum = splat(third) * nmadd(splat(2.0) * step, R[f], q1[f] - qn);
+        else sum = splat(third) * (madd(splat(2.0), q[f], q1[f]) - qn);
+        // Ghosts of bodies are no state of the stages.
+        if (fluid != all_lanes) sum = select(fluid, sum, is_single ? splat(0.0) : qn);
         if (ctx.stream) store_past_caches(a, sum);
         else store(a, sum);
       }
       if constexpr (Stage == 2) {
-        Vec part = q[f];
-        if (fluid != 0xffu) part = select(fluid, part, splat(0.0));
+        Vec part = is_single ? -(step * R[f]) : q[f];
+        if (fluid != all_lanes) part = select(fluid, part, splat(0.0));
         store(a, madd(splat(third), part, load(a)));
       }
     }
@@ -102,8 +108,8 @@ OCU_INLINE unsigned update_node(const Context& ctx, const NodePlaces& at, unsign
 
 /// The same for any stage, with lanes that are no gas: their divergence is taken as zero.
 OCU_INLINE unsigned update_masked_node(const Context& ctx, const NodePlaces& at, unsigned fluid, Vec R[5],
-                                       double* line) {
-  if (fluid != 0xffu) {
+                                       Real* line) {
+  if (fluid != all_lanes) {
     for (int f = 0; f < 5; ++f) R[f] = select(fluid, R[f], splat(0.0));
   }
   switch (ctx.stage) {
@@ -119,7 +125,7 @@ OCU_INLINE unsigned update_masked_node(const Context& ctx, const NodePlaces& at,
 OCU_INLINE void fill_bulk_ghosts_z(const Context& ctx, int i0, int j) {
   const int n = ctx.n[2];
   const Block& w = ctx.W;
-  double* at = w.data + field_bulk * w.sf + i0 + j * w.sj;
+  Real* at = w.data + field_bulk * w.sf + i0 + j * w.sj;
   const LineView& line = ctx.line[2];
   for (int m = 0; m < 4; ++m) {
     int low = 0, high = n - 1;
@@ -156,23 +162,23 @@ template <int Visc, int Stage>
       for (int k = low - 1 - t; k >= 0 && k >= low - column_walk; k -= count) {
         const NodePlaces at(ctx, cols[0].i0, col.j, k);
         prefetch_rows(ctx.R.data + cols[0].i0 + col.j * ctx.R.sj + k * ctx.R.sk, ctx.R.sf, 5, count);
-        if constexpr (Stage != 3) prefetch_rows(at.q, ctx.Q.sf, 5, count);
+        if constexpr (Stage != 3 || is_single) prefetch_rows(at.q, ctx.Q.sf, 5, count);
         if constexpr (Stage >= 2) prefetch_rows(at.a, ctx.A.sf, 5, count);
       }
-      const double* r = ctx.R.data + col.i0 + col.j * ctx.R.sj;
-      const std::uint8_t* fluid = ctx.fluid + tile_at(ctx, col.tile, col.j, 0);
+      const Real* r = ctx.R.data + col.i0 + col.j * ctx.R.sj;
+      const LaneBits* fluid = ctx.fluid + tile_at(ctx, col.tile, col.j, 0);
       const auto sink = [&](int k, const Vec div[5]) OCU_FORCE {
-        const double* rk = r + k * ctx.R.sk;
+        const Real* rk = r + k * ctx.R.sk;
         Vec R[5];
         for (int f = 0; f < 5; ++f) R[f] = load(rk + f * ctx.R.sf) + div[f];
         const unsigned gas = fluid[k * fluid_step];
         if (col.cut != 0) {
           for (int f = 0; f < 5; ++f) R[f] = select(col.cut, load(rk + f * ctx.R.sf), R[f]);
         }
-        if (gas != 0xffu) {
+        if (gas != all_lanes) {
           for (int f = 0; f < 5; ++f) R[f] = select(gas, R[f], splat(0.0));
         }
-        double* to =
+        Real* to =
             Stage == 3 && col.pencil != nullptr ? col.pencil + static_cast<Index>(k) * 5 * tile_width : nullptr;
         const unsigned bad = update_node<Stage>(ctx, NodePlaces(ctx, col.i0, col.j, k), gas, R, to);
         if (bad != 0) failures += note_failures(shared, bad, col.i0, col.j, k);
@@ -193,14 +199,14 @@ template <int Visc>
 [[gnu::noinline]] long backward_column_slow(const Context& ctx, const Column& col) {
   const LineView& line = ctx.line[2];
   const int n = ctx.n[2];
-  const double* r = ctx.R.data + col.i0 + col.j * ctx.R.sj;
+  const Real* r = ctx.R.data + col.i0 + col.j * ctx.R.sj;
   long failures = 0;
   const auto sink = [&](int k, const Vec div[5]) {
     Vec R[5];
     for (int f = 0; f < 5; ++f) {
       R[f] = load(r + k * ctx.R.sk + f * ctx.R.sf) + select(col.cut, splat(0.0), div[f]);
     }
-    double* to = col.pencil != nullptr ? col.pencil + static_cast<Index>(k) * 5 * tile_width : nullptr;
+    Real* to = col.pencil != nullptr ? col.pencil + static_cast<Index>(k) * 5 * tile_width : nullptr;
     const unsigned bad = update_masked_node(ctx, NodePlaces(ctx, col.i0, col.j, k),
                                             ctx.fluid[tile_at(ctx, col.tile, col.j, k)], R, to);
     if (bad != 0) failures += note_failures(ctx, bad, col.i0, col.j, k);
@@ -225,7 +231,7 @@ template <int Visc>
     filter_line(line, n, UniformFilter{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength},
                 col.buf, col.pencil, col.cut | ~columns, marked != 0 ? &lanes : nullptr, flag);
   }
-  double* a = ctx.A.data + col.i0 + col.j * ctx.A.sj;
+  Real* a = ctx.A.data + col.i0 + col.j * ctx.A.sj;
   for (int k = 0; k < n; ++k) {
     for (int f = 0; f < 5; ++f) {
       store(a + k * ctx.A.sk + f * ctx.A.sf, load(col.pencil + (static_cast<Index>(k) * 5 + f) * tile_width));
@@ -251,7 +257,7 @@ OCU_INLINE Index column_doubles(const Context& ctx) {
   return column_group * (face_doubles(ctx) + pencil_doubles(ctx));
 }
 
-OCU_INLINE Column make_column(const Context& ctx, double* scratch, int j, int tile, int slot) {
+OCU_INLINE Column make_column(const Context& ctx, Real* scratch, int j, int tile, int slot) {
   Column col{};
   col.i0 = tile * tile_width;
   col.tile = tile;
@@ -271,7 +277,7 @@ OCU_INLINE Column make_column(const Context& ctx, double* scratch, int j, int ti
 }
 
 template <int Visc, bool Eight>
-long update_columns(const Context& ctx, double* scratch, int j, int tile, int count) {
+long update_columns(const Context& ctx, Real* scratch, int j, int tile, int count) {
   Column cols[column_group];
   for (int t = 0; t < count; ++t) {
     cols[t] = make_column(ctx, scratch, j, tile + t, t);
@@ -297,7 +303,7 @@ long update_columns(const Context& ctx, double* scratch, int j, int tile, int co
   return failures;
 }
 
-inline long update_row(const Context& ctx, double* scratch, int j) {
+inline long update_row(const Context& ctx, Real* scratch, int j) {
   long failures = 0;
   if (!ctx.present[2]) {
     for (int t = 0; t < ctx.tiles; ++t) failures += update_flat(ctx, j, t);
@@ -316,7 +322,7 @@ inline long finish_plane(const Context& shared, int k) {
   for (int j = 0; j < ctx.n[1]; ++j) {
     for (int t = 0; t < ctx.tiles; ++t) {
       const int i0 = t * tile_width;
-      const double* a = ctx.A.data + i0 + j * ctx.A.sj + k * ctx.A.sk;
+      const Real* a = ctx.A.data + i0 + j * ctx.A.sj + k * ctx.A.sk;
       Vec q[5];
       for (int f = 0; f < 5; ++f) q[f] = load(a + f * ctx.A.sf);
       const unsigned fluid = ctx.fluid[tile_at(ctx, t, j, k)];
@@ -332,7 +338,7 @@ inline void restore_plane(const Context& ctx, int k) {
   for (int j = 0; j < ctx.n[1]; ++j) {
     for (int t = 0; t < ctx.tiles; ++t) {
       const int i0 = t * tile_width;
-      const double* s = ctx.Q.data + i0 + j * ctx.Q.sj + k * ctx.Q.sk;
+      const Real* s = ctx.Q.data + i0 + j * ctx.Q.sj + k * ctx.Q.sk;
       Vec q[5];
       for (int f = 0; f < 5; ++f) q[f] = load(s + f * ctx.Q.sf);
       static_cast<void>(store_primitives(ctx, q, ctx.W.data + i0 + j * ctx.W.sj + k * ctx.W.sk,

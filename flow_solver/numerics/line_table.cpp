@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 struct FluxWeights {
@@ -161,6 +161,26 @@ LineTable make_line_table(int n, LineEnd low, LineEnd high, const LineScheme& sc
   }
   if (t.periodic) t.face_end = n - 1;
   return t;
+}
+
+StoredTable stored(LineTable t) {
+  return {t.n,
+          t.face_begin,
+          t.face_end,
+          t.periodic,
+          stored(std::move(t.flux)),
+          stored(std::move(t.filter)),
+          stored(std::move(t.flux_wrap)),
+          stored(std::move(t.filter_wrap)),
+          t.flux_wrap_last,
+          t.flux_wrap_scale,
+          t.filter_wrap_last,
+          t.filter_wrap_scale};
+}
+
+StoredMetric stored(LineMetric m) {
+  return {stored(std::move(m.inverse_face_spacing)), stored(std::move(m.face_jacobian)),
+          stored(std::move(m.inverse_jacobian)), stored(std::move(m.jacobian))};
 }
 
 EndRows make_flux_end_rows(const LineScheme& scheme) {

@@ -1,10 +1,20 @@
 #pragma once
 
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "flow_solver/grid/grid.hpp"
+#include "flow_solver/grid/precision.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
+
+/// Values as fields hold them.
+template <class T>
+[[nodiscard]] std::vector<Real> stored(std::vector<T> values) {
+  if constexpr (std::is_same_v<Real, T>) return values;
+  else return {values.begin(), values.end()};
+}
 
 /// How a line ends. A mirrored end closes the solve on the end face by parity, a held wall by the
 /// known flux there (MirrorRow); a ghosted end runs the solve through the four ghost nodes and closes
@@ -41,20 +51,24 @@ enum class MirrorRow {
 /// Eliminated tridiagonal systems of the flux and filter solves on lines of one length and ends.
 /// Flux: alpha F(j-1) + F(j) + alpha F(j+1) = a [f(j-1)+f(j)] + b [f(j-2)+f(j+1)] + c [f(j-3)+f(j+2)];
 /// filter: the same left side with alpha_f, right side sum of k_m [phi(j+m-1) - phi(j-m)].
-struct LineTable {
+template <class T>
+struct LineTableOf {
   int n = 0;           ///< nodes
   int face_begin = 0;  ///< first face of the solve (-3 behind ghosts)
   int face_end = 0;    ///< last face of the solve
   bool periodic = false;
-  std::vector<double> flux;         ///< [face + table_offset, flux_row_size]
-  std::vector<double> filter;       ///< [face + table_offset, filter_row_size]
-  std::vector<double> flux_wrap;    ///< periodic: correction vector of the rank-one update [face]
-  std::vector<double> filter_wrap;
+  std::vector<T> flux;              ///< [face + table_offset, flux_row_size]
+  std::vector<T> filter;            ///< [face + table_offset, filter_row_size]
+  std::vector<T> flux_wrap;         ///< periodic: correction vector of the rank-one update [face]
+  std::vector<T> filter_wrap;
   double flux_wrap_last = 0.0;      ///< weight of the last face in the update's scalar product
   double flux_wrap_scale = 0.0;     ///< 1 / (1 + v z)
   double filter_wrap_last = 0.0;
   double filter_wrap_scale = 0.0;
 };
+using LineTable = LineTableOf<double>;    ///< as it is made
+using StoredTable = LineTableOf<Real>;    ///< as kernels read it
+[[nodiscard]] StoredTable stored(LineTable table);
 
 /// Weights and off-diagonals by distance from a ghosted end, for lines whose ends differ by lane:
 /// entry r = 1..3 for a face with r faces to the end, itself included; 4 for the interior.
@@ -79,12 +93,16 @@ inline constexpr int known_filter_faces = 4;
 [[nodiscard]] EndRows make_filter_end_rows(const LineScheme& scheme);
 
 /// Geometry of a direction by face and node, offset by table_offset.
-struct LineMetric {
-  std::vector<double> inverse_face_spacing;  ///< 1/m, 1/(x(j) - x(j-1)); 0 at the outermost
-  std::vector<double> face_jacobian;         ///< m, mean of the neighbouring nodes
-  std::vector<double> inverse_jacobian;      ///< 1/m at nodes
-  std::vector<double> jacobian;              ///< m at nodes
+template <class T>
+struct LineMetricOf {
+  std::vector<T> inverse_face_spacing;  ///< 1/m, 1/(x(j) - x(j-1)); 0 at the outermost
+  std::vector<T> face_jacobian;         ///< m, mean of the neighbouring nodes
+  std::vector<T> inverse_jacobian;      ///< 1/m at nodes
+  std::vector<T> jacobian;              ///< m at nodes
 };
+using LineMetric = LineMetricOf<double>;
+using StoredMetric = LineMetricOf<Real>;
+[[nodiscard]] StoredMetric stored(LineMetric metric);
 [[nodiscard]] LineMetric make_line_metric(const Axis& axis);
 
 }  // namespace ocublast::flow

@@ -1,13 +1,13 @@
 #pragma once
 
-// Fluxes of the MUSCL-HLLC scheme at eight faces at once. Reconstruction: primitives with van Leer's
+// Fluxes of the MUSCL-HLLC scheme at a tile of faces at once. Reconstruction: primitives with van Leer's
 // harmonic slope (van Leer 1977), so that a face value lies between its nodes' and stays positive.
 // HLLC after Toro (2009, section 10.4) with the wave speeds of Einfeldt (1988). Faces of marked nodes:
 // local Lax-Friedrichs without slopes, positive up to a Courant number of one.
 
 #include "flow_solver/numerics/kernel_marked.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 /// Primitives at one side of a face: density, velocity, pressure.
 struct FaceState {
@@ -29,7 +29,7 @@ OCU_INLINE Vec harmonic_slope(Vec low, Vec high) {
 }
 
 /// Node values in the order density, velocity, pressure.
-OCU_INLINE FaceState node_values(const Vec gas_constant, const double* p, Index sf) {
+OCU_INLINE FaceState node_values(const Vec gas_constant, const Real* p, Index sf) {
   FaceState s;
   s.rho = load(p);
   for (int a = 0; a < 3; ++a) s.u[a] = load(p + (1 + a) * sf);
@@ -81,7 +81,7 @@ OCU_INLINE FaceFlux flux_hllc(const FaceState& l, const FaceState& r, double gam
   // Toro eq. 10.37; S_l < u_l and u_r < S_r keep the divisor negative.
   const Vec m_l = l.rho * (S_l - l.u[D]), m_r = r.rho * (S_r - r.u[D]);
   const Vec S_star = (r.p - l.p + m_l * l.u[D] - m_r * r.u[D]) / (m_l - m_r);
-  const unsigned from_left = ~less(S_star, splat(0.0)) & 0xffu;
+  const unsigned from_left = ~less(S_star, splat(0.0)) & all_lanes;
   const auto pick = [&](Vec a, Vec b) OCU_FORCE { return select(from_left, a, b); };
   FaceState k;
   k.rho = pick(l.rho, r.rho);
@@ -97,7 +97,7 @@ OCU_INLINE FaceFlux flux_hllc(const FaceState& l, const FaceState& r, double gam
   f.q[0] = mass;
   for (int a = 0; a < 3; ++a) f.q[1 + a] = a == D ? mass * S_star + f.p : mass * k.u[a];
   f.q[4] = S_star * (rho_star * e_star + f.p);
-  const unsigned supersonic = (less(splat(0.0), S_l) | less(S_r, splat(0.0))) & 0xffu;
+  const unsigned supersonic = (less(splat(0.0), S_l) | less(S_r, splat(0.0))) & all_lanes;
   if (supersonic != 0) {
     const FaceFlux whole = physical_flux<D>(k, E);
     for (int q = 0; q < 5; ++q) f.q[q] = select(supersonic, whole.q[q], f.q[q]);
@@ -124,10 +124,10 @@ OCU_INLINE FaceFlux flux_lax_friedrichs(const FaceState& l, const FaceState& r, 
 
 /// Flux at the faces between nodes p - s and p; lanes in `first_order` border a marked node.
 template <int D>
-OCU_INLINE FaceFlux muscl_face(const Context& ctx, const double* p, Index sf, Index s, unsigned first_order) {
+OCU_INLINE FaceFlux muscl_face(const Context& ctx, const Real* p, Index sf, Index s, unsigned first_order) {
   const Vec R = splat(ctx.gas_constant);
   const FaceState b = node_values(R, p - s, sf), c = node_values(R, p, sf);
-  if (first_order == 0xffu) return flux_lax_friedrichs<D>(b, c, ctx.gamma);
+  if (first_order == all_lanes) return flux_lax_friedrichs<D>(b, c, ctx.gamma);
   if (ctx.stage == 0 && !ctx.any_mark) return flux_hllc<D>(b, c, ctx.gamma);  // predictor
   const FaceState a = node_values(R, p - 2 * s, sf), d = node_values(R, p + s, sf);
   FaceFlux f = flux_hllc<D>(reconstruct(a, b, c, 0.5), reconstruct(b, c, d, -0.5), ctx.gamma);

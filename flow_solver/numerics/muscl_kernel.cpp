@@ -1,5 +1,5 @@
 // Sweeps and updates of the MUSCL-HLLC scheme. The stencil is explicit: x-lines read shifted vectors
-// along the row, y and z lines and cut segments eight lines side by side. Time: half a step with
+// along the row, y and z lines and cut segments a tile of lines side by side. Time: half a step with
 // first-order fluxes, then q^{n+1} = q^n - dt R(q^{n+1/2}) (van Leer's integrator: Stone and Gardiner
 // 2009, New Astronomy 14:139). Steps with marked nodes: Heun, q1 = q^n - dt R(q^n), q^{n+1} = (q^n + q1 -
 // dt R(q1)) / 2, a mean of two Euler steps, each positive at marked nodes.
@@ -8,7 +8,7 @@
 #include "flow_solver/numerics/muscl.hpp"
 #include "flow_solver/numerics/muscl_flux.hpp"
 
-namespace ocublast::flow::OCU_ISA {
+namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 namespace {
 
 /// Lanes of the faces i0 .. i0 + 7 of an x-line that border a marked node.
@@ -46,8 +46,8 @@ unsigned marked_faces(const Context& ctx, int i0, int j, int k, int m) {
 }
 
 /// Fluxes of one x row into `row` [6 (the last one pressure), faces].
-void row_fluxes(const Context& ctx, int j, int k, double* row, Index width, bool marked) {
-  const double* w = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
+void row_fluxes(const Context& ctx, int j, int k, Real* row, Index width, bool marked) {
+  const Real* w = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
   for (int i0 = 0; i0 <= ctx.n[0]; i0 += tile_width) {
     const unsigned low = marked ? marked_faces_x(ctx, i0, j, k) : 0u;
     const FaceFlux f = muscl_face<0>(ctx, w + i0, ctx.W.sf, 1, low);
@@ -61,14 +61,14 @@ Vec cone_momentum(const Context& ctx, int i0, int j, int k, Vec plain, Vec cone,
   const std::uint8_t* mark = ctx.mark + mark_at(ctx, i0, j, k);
   unsigned bits = 0;
   for (int l = 0; l < tile_width; ++l) bits |= mark[l] != 0 ? 1u << l : 0u;
-  const double* w = ctx.W.data + i0 + j * ctx.W.sj + k * ctx.W.sk;
+  const Real* w = ctx.W.data + i0 + j * ctx.W.sj + k * ctx.W.sk;
   const Vec p = load(w) * splat(ctx.gas_constant) * load(w + 4 * ctx.W.sf);
   return select(bits, cone - p * opening, plain);
 }
 
 /// Radial lines (x is the radius): area-weighted fluxes over r^m J, the pressure as a plain gradient; at
 /// marked nodes as in a cone whose side walls carry the node's pressure, which is positive.
-void radial_divergence(const Context& ctx, const double* row, Index width, int j, int k, bool marked, double* r) {
+void radial_divergence(const Context& ctx, const Real* row, Index width, int j, int k, bool marked, Real* r) {
   const RadialView& radial = ctx.radial;
   for (int t = 0; t < ctx.tiles; ++t) {
     const int i = t * tile_width;
@@ -93,8 +93,8 @@ void radial_divergence(const Context& ctx, const double* row, Index width, int j
   }
 }
 
-void sweep_x_row(const Context& ctx, double* scratch, int j, int k) {
-  double* r = ctx.R.data + j * ctx.R.sj + k * ctx.R.sk;
+void sweep_x_row(const Context& ctx, Real* scratch, int j, int k) {
+  Real* r = ctx.R.data + j * ctx.R.sj + k * ctx.R.sk;
   const int group = j / tile_width, bit = j % tile_width;
   const Index flag = static_cast<Index>(k) * ctx.mask_groups + group;
   if (ctx.bodies && ((ctx.cut[0][flag] >> bit) & 1u) != 0) {
@@ -114,13 +114,13 @@ void sweep_x_row(const Context& ctx, double* scratch, int j, int k) {
     const int i = t * tile_width;
     const Vec inverse_h = load(ctx.line[0].inverse_jacobian + i);
     for (int q = 0; q < 5; ++q) {
-      const double* f = scratch + q * width + i;
+      const Real* f = scratch + q * width + i;
       store(r + q * ctx.R.sf + i, (load(f + 1) - load(f)) * inverse_h);
     }
   }
 }
 
-void sweep_x(const Context& shared, double* scratch, int k, int g0, int g1) {
+void sweep_x(const Context& shared, Real* scratch, int k, int g0, int g1) {
   const Context ctx = shared;  // a copy: vector stores could alias the shared one
   const int end = g1 * tile_width < ctx.n[1] ? g1 * tile_width : ctx.n[1];
   for (int j = g0 * tile_width; j < end; ++j) sweep_x_row(ctx, scratch, j, k);
@@ -133,8 +133,8 @@ void sweep_y_tile(const Context& ctx, int k, int tile) {
   const unsigned cut = ctx.bodies ? ctx.cut[1][flag] : 0u;
   if ((cut & columns) == columns) return;
   const bool marked = ctx.any_mark && (ctx.line_marked[1][flag] & columns) != 0;
-  const double* w = ctx.W.data + i0 + k * ctx.W.sk;
-  double* r = ctx.R.data + i0 + k * ctx.R.sk;
+  const Real* w = ctx.W.data + i0 + k * ctx.W.sk;
+  Real* r = ctx.R.data + i0 + k * ctx.R.sk;
   FaceFlux low = muscl_face<1>(ctx, w, ctx.W.sf, ctx.W.sj, marked ? marked_faces<1>(ctx, i0, 0, k, 0) : 0u);
   for (int j = 0; j < n; ++j) {
     const FaceFlux high = muscl_face<1>(ctx, w + (j + 1) * ctx.W.sj, ctx.W.sf, ctx.W.sj,
@@ -143,19 +143,19 @@ void sweep_y_tile(const Context& ctx, int k, int tile) {
     for (int q = 0; q < 5; ++q) {
       Vec div = (high.q[q] - low.q[q]) * inverse_h;
       if (cut != 0) div = select(cut, splat(0.0), div);
-      double* at = r + j * ctx.R.sj + q * ctx.R.sf;
+      Real* at = r + j * ctx.R.sj + q * ctx.R.sf;
       store(at, load(at) + div);
     }
     low = high;
   }
 }
 
-void sweep_y(const Context& shared, double*, int k, int t0, int t1) {
+void sweep_y(const Context& shared, Real*, int k, int t0, int t1) {
   const Context ctx = shared;
   for (int t = t0; t < t1; ++t) sweep_y_tile(ctx, k, t);
 }
 
-void sweep_plane(const Context& ctx, double* scratch, int k) {
+void sweep_plane(const Context& ctx, Real* scratch, int k) {
   sweep_x(ctx, scratch, k, 0, ctx.row_groups);
   if (ctx.present[1]) sweep_y(ctx, scratch, k, 0, ctx.tiles);
 }
@@ -172,26 +172,26 @@ unsigned marked_faces_of(const Lanes& lanes, int m) {
 /// First-order flux at a wall with the given motion: the own state mirrored. A flux between the wall's
 /// ghost and the node can swallow a supersonic stream.
 template <int D>
-void mirrored_wall_flux(const Context& ctx, const double* motion, bool low, const double* node, double* face) {
+void mirrored_wall_flux(const Context& ctx, const Real* motion, bool low, const Real* node, Real* face) {
   double u[3] = {node[tile_width], node[2 * tile_width], node[3 * tile_width]};
   const PointState own = point_from_primitive(ctx, node[0], u, node[4 * tile_width]);
   double f[5];
   if (low) first_order_flux<D>(state_across<D>(ctx, LaneEnd::wall, own, motion, 1), own, f);
   else first_order_flux<D>(own, state_across<D>(ctx, LaneEnd::wall, own, motion, 1), f);
-  for (int q = 0; q < 5; ++q) face[q * tile_width] = f[q];
+  for (int q = 0; q < 5; ++q) face[q * tile_width] = rounded(f[q]);
 }
 
 /// Does the gas at the node before a wall stream at it faster than half the speed of sound? No smooth
 /// flow does; at the speed of sound and above the ghost's pressure no longer holds it back.
 template <int D>
-bool streams_at_wall(const Context& ctx, const double* motion, bool low, const double* node) {
+bool streams_at_wall(const Context& ctx, const Real* motion, bool low, const Real* node) {
   const double u = node[(1 + D) * tile_width] - motion[3 + D];
   const double towards = low ? -u : u;
   return towards > 0.0 && 4.0 * towards * towards > ctx.gamma * ctx.gas_constant * node[4 * tile_width];
 }
 
 template <int D>
-void sweep_segment_batch_muscl(const Context& ctx, double* scratch, const SegmentBatch& s) {
+void sweep_segment_batch_muscl(const Context& ctx, Real* scratch, const SegmentBatch& s) {
   const SegmentScratch mem(ctx, scratch);
   const SegmentLanes t = lanes_of_batch(ctx, D, s);
   for (int l = 0; l < tile_width; ++l) load_lane<D, false>(ctx, s, t, l, mem.nodes);
@@ -208,8 +208,8 @@ void sweep_segment_batch_muscl(const Context& ctx, double* scratch, const Segmen
     const int n = s.length[l];
     const bool marked = ((lanes.active >> l) & 1u) != 0;
     const auto treat = [&](bool low, int wall, int end_node, int end_face) {
-      const double* motion = ctx.wall_motion[D] + static_cast<Index>(wall) * 6;
-      const double* node = mem.nodes + end_node * step + l;
+      const Real* motion = ctx.wall_motion[D] + static_cast<Index>(wall) * 6;
+      const Real* node = mem.nodes + end_node * step + l;
       if ((marked && touches_mark(lanes, l, end_face)) || streams_at_wall<D>(ctx, motion, low, node)) {
         mirrored_wall_flux<D>(ctx, motion, low, node, face_at(end_face) + l);
       }
@@ -219,9 +219,9 @@ void sweep_segment_batch_muscl(const Context& ctx, double* scratch, const Segmen
   }
   const Index rl = stride_along(ctx.R, D);
   for (int l = 0; l < s.lanes; ++l) {
-    double* r = ctx.R.data + offset_in(ctx.R, t.origin[l]);
+    Real* r = ctx.R.data + offset_in(ctx.R, t.origin[l]);
     for (int i = 0; i < s.length[l]; ++i) {
-      const double inverse_h = mem.inverse_h[i * tile_width + l];
+      const Real inverse_h = mem.inverse_h[i * tile_width + l];
       for (int q = 0; q < 5; ++q) {
         r[i * rl + q * ctx.R.sf] +=
             (face_at(i + 1)[q * tile_width + l] - face_at(i)[q * tile_width + l]) * inverse_h;
@@ -230,7 +230,7 @@ void sweep_segment_batch_muscl(const Context& ctx, double* scratch, const Segmen
   }
 }
 
-void sweep_segments_muscl(const Context& ctx, double* scratch, int axis, const SegmentBatch& s) {
+void sweep_segments_muscl(const Context& ctx, Real* scratch, int axis, const SegmentBatch& s) {
   if (axis == 0) sweep_segment_batch_muscl<0>(ctx, scratch, s);
   if (axis == 1) sweep_segment_batch_muscl<1>(ctx, scratch, s);
   if (axis == 2) sweep_segment_batch_muscl<2>(ctx, scratch, s);
@@ -239,13 +239,13 @@ void sweep_segments_muscl(const Context& ctx, double* scratch, int axis, const S
 /// One node vector: stage update from the whole divergence. Returns the bits of failed lanes.
 unsigned update_node_muscl(const Context& ctx, int i0, int tile, int j, int k, const Vec R[5]) {
   const unsigned fluid = ctx.fluid[tile_at(ctx, tile, j, k)];
-  double* a = ctx.A.data + i0 + j * ctx.A.sj + k * ctx.A.sk;
-  const double* qn = ctx.Q.data + i0 + j * ctx.Q.sj + k * ctx.Q.sk;
+  Real* a = ctx.A.data + i0 + j * ctx.A.sj + k * ctx.A.sk;
+  const Real* qn = ctx.Q.data + i0 + j * ctx.Q.sj + k * ctx.Q.sk;
   const bool heun = ctx.any_mark;
   const Vec dt = splat(ctx.stage == 0 && !heun ? 0.5 * ctx.dt : ctx.dt);
   Vec q[5];
   for (int f = 0; f < 5; ++f) {
-    const Vec change = fluid == 0xffu ? dt * R[f] : select(fluid, dt * R[f], splat(0.0));
+    const Vec change = fluid == all_lanes ? dt * R[f] : select(fluid, dt * R[f], splat(0.0));
     const Vec old = load(qn + f * ctx.Q.sf);
     q[f] = ctx.stage == 0 || !heun ? old - change : splat(0.5) * ((old + load(a + f * ctx.A.sf)) - change);
     store(a + f * ctx.A.sf, q[f]);
@@ -256,7 +256,7 @@ unsigned update_node_muscl(const Context& ctx, int i0, int tile, int j, int k, c
 long update_column_muscl(const Context& ctx, const Context& shared, int j, int tile) {
   const int i0 = tile * tile_width;
   long failures = 0;
-  double* r = ctx.R.data + i0 + j * ctx.R.sj;
+  Real* r = ctx.R.data + i0 + j * ctx.R.sj;
   const auto update = [&](int k, const Vec R[5]) {
     const unsigned bad = update_node_muscl(ctx, i0, tile, j, k, R);
     if (bad != 0) failures += note_failures(shared, bad, i0, j, k);
@@ -273,7 +273,7 @@ long update_column_muscl(const Context& ctx, const Context& shared, int j, int t
   const unsigned cut = ctx.bodies ? ctx.cut[2][flag] : 0u;
   const bool whole_cut = (cut & columns) == columns;
   const bool marked = ctx.any_mark && (ctx.line_marked[2][flag] & columns) != 0;
-  const double* w = ctx.W.data + i0 + j * ctx.W.sj;
+  const Real* w = ctx.W.data + i0 + j * ctx.W.sj;
   // The update changes nodes that later faces of this column read: their old values stay in R until
   // all fluxes of the column are known.
   if (!whole_cut) {
@@ -285,7 +285,7 @@ long update_column_muscl(const Context& ctx, const Context& shared, int j, int t
       for (int q = 0; q < 5; ++q) {
         Vec div = (high.q[q] - low.q[q]) * inverse_h;
         if (cut != 0) div = select(cut, splat(0.0), div);
-        double* at = r + k * ctx.R.sk + q * ctx.R.sf;
+        Real* at = r + k * ctx.R.sk + q * ctx.R.sf;
         store(at, load(at) + div);
       }
       low = high;
@@ -298,14 +298,15 @@ long update_column_muscl(const Context& ctx, const Context& shared, int j, int t
   return failures;
 }
 
-long update_row_muscl(const Context& shared, double*, int j) {
+long update_row_muscl(const Context& shared, Real*, int j) {
   const Context ctx = shared;
   long failures = 0;
   for (int t = 0; t < ctx.tiles; ++t) failures += update_column_muscl(ctx, shared, j, t);
   return failures;
 }
 
-constexpr MusclKernels muscl_table{sweep_plane, sweep_x, sweep_y, sweep_segments_muscl, update_row_muscl};
+constexpr MusclKernels muscl_table{entry<sweep_plane>, entry<sweep_x>, entry<sweep_y>, entry<sweep_segments_muscl>,
+                                   entry<update_row_muscl>};
 
 }  // namespace
 

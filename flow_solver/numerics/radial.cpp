@@ -1,8 +1,9 @@
 #include "flow_solver/numerics/radial.hpp"
 
 #include <cmath>
+#include <utility>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 double to_power(double r, int m) { return m == 2 ? r * r : r; }
@@ -49,6 +50,11 @@ RadialMetric make_radial_metric(const Grid& grid, bool mirrored_low, bool mirror
     out.filter_face[at(j)] = 0.5 * (axis.h(j) + axis.h(j - 1)) * out.face_area[at(j)];
   }
   return out;
+}
+
+StoredRadialMetric stored(RadialMetric m) {
+  return {m.power, stored(std::move(m.node_weight)), stored(std::move(m.inverse_volume)),
+          stored(std::move(m.face_area)), stored(std::move(m.power_over_r)), stored(std::move(m.filter_face))};
 }
 
 LineTable make_radial_table(const LineTable& plain, int power, bool from_axis) {

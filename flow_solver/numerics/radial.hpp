@@ -9,18 +9,23 @@
 #include "flow_solver/grid/grid.hpp"
 #include "flow_solver/numerics/kernel.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Metric along x by node and face, offset by table_offset as in LineMetric.
-struct RadialMetric {
+template <class T>
+struct RadialMetricOf {
   int power = 0;                        ///< m
-  std::vector<double> node_weight;      ///< m^m, r^m; beyond a mirrored end that of the mirrored node
-  std::vector<double> inverse_volume;   ///< 1/(r^m J)
-  std::vector<double> face_area;        ///< a(j) with a(j) r(j) = sum of (m + 1) r^m J: a velocity u = r
+  std::vector<T> node_weight;      ///< m^m, r^m; beyond a mirrored end that of the mirrored node
+  std::vector<T> inverse_volume;   ///< 1/(r^m J)
+  std::vector<T> face_area;        ///< a(j) with a(j) r(j) = sum of (m + 1) r^m J: a velocity u = r
                                         ///< has the divergence m + 1 in every cell, also at r = 0
-  std::vector<double> power_over_r;     ///< 1/m, m/r
-  std::vector<double> filter_face;      ///< face jacobian of the filter times the area
+  std::vector<T> power_over_r;     ///< 1/m, m/r
+  std::vector<T> filter_face;      ///< face jacobian of the filter times the area
 };
+
+using RadialMetric = RadialMetricOf<double>;
+using StoredRadialMetric = RadialMetricOf<Real>;
+[[nodiscard]] StoredRadialMetric stored(RadialMetric metric);
 
 /// Metric of the x axis of a radial grid; `mirrored_low`, `mirrored_high`: planes of symmetry or walls.
 [[nodiscard]] RadialMetric make_radial_metric(const Grid& grid, bool mirrored_low, bool mirrored_high);
@@ -35,7 +40,7 @@ inline constexpr int explicit_axis_faces = 2;
 /// Kernels that differ on a radial grid (compact schemes).
 struct RadialKernels {
   /// x-lines of row groups [g0, g1): R = radial divergence.
-  void (*sweep_x)(const Context&, double* scratch, int k, int g0, int g1);
+  void (*sweep_x)(const Context&, Real* scratch, int k, int g0, int g1);
   /// Adds m u / r to the dilatation in R, field 0.
   void (*add_dilatation)(const Context&, int k);
   /// Adds -beta m u / r to the bulk pressure, and renews its ghosts.

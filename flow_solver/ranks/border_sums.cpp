@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 constexpr std::size_t vector_size = 5 * tile_width;  ///< components and lanes of a face
@@ -34,16 +34,18 @@ BorderSums::BorderSums(const RankPart& part, int axis, LineSolve solve, const Wh
     const Border* mine = nullptr;
     BorderWeights weights = weights_of(q, own);
     if (weights.first < weights.last) {
-      auto border = std::make_unique<Border>(Border{std::move(weights), {}});
+      auto border = std::make_unique<Border>(Border{std::move(weights), {}, {}, {}});
+      border->weight = stored(border->weights.weight);
+      border->ratio = stored(border->weights.ratio);
       border->sum.resize(groups_ * static_cast<std::size_t>(2 * known_ - 1) * vector_size);
       mine = border.get();
       sums_.push_back({.first = mine->weights.first, .last = mine->weights.last, .faces = mine->weights.faces,
                        .near_first = mine->weights.near_first, .near_last = mine->weights.near_last,
-                       .weight = mine->weights.weight.data(), .ratio = mine->weights.ratio.data(), .out = border->sum.data()});
+                       .weight = mine->weight.data(), .ratio = mine->ratio.data(), .out = border->sum.data()});
       border_of_sum_.push_back(q);
       for (const int to : {below, q}) {
         if (to == own) continue;
-        outgoing_.push_back(std::make_unique<Outgoing>(Outgoing{mine, to == q, std::vector<double>(half)}));
+        outgoing_.push_back(std::make_unique<Outgoing>(Outgoing{mine, to == q, std::vector<Real>(half)}));
         sends.push_back({rank_at(to), outgoing_.back()->data});
       }
       borders_.push_back(std::move(border));
@@ -64,9 +66,9 @@ BorderSums::BorderSums(const RankPart& part, int axis, LineSolve solve, const Wh
 }
 
 /// The known faces of one side: those from the border on, or up to it.
-void BorderSums::copy_half(const Border& border, bool low_end, double* to) const {
+void BorderSums::copy_half(const Border& border, bool low_end, Real* to) const {
   const auto faces = static_cast<std::size_t>(2 * known_ - 1), half = static_cast<std::size_t>(known_);
-  const double* from = border.sum.data() + (low_end ? (half - 1) * vector_size : 0);
+  const Real* from = border.sum.data() + (low_end ? (half - 1) * vector_size : 0);
   for (std::size_t g = 0; g < groups_; ++g) {
     to = std::copy_n(from + g * faces * vector_size, half * vector_size, to);
   }
@@ -81,13 +83,13 @@ void BorderSums::finish() {
   exchange_->finish();
   for (End* end : {low_.get(), high_.get()}) {
     if (end == nullptr) continue;
-    std::vector<double>& total = end->total;
+    std::vector<Real>& total = end->total;
     for (std::size_t p = 0; p < end->parts.size(); ++p) {
       if (end->own[p] != nullptr) {
         end->parts[p].resize(total.size());
         copy_half(*end->own[p], end == low_.get(), end->parts[p].data());
       }
-      const std::vector<double>& add = end->parts[p];
+      const std::vector<Real>& add = end->parts[p];
       if (p == 0) total = add;
       else std::transform(total.begin(), total.end(), add.begin(), total.begin(), std::plus<>());
     }
@@ -96,7 +98,7 @@ void BorderSums::finish() {
 
 Traffic BorderSums::traffic() const {
   Traffic t;
-  for (const auto& out : outgoing_) t += {1.0, static_cast<double>(out->data.size() * sizeof(double))};
+  for (const auto& out : outgoing_) t += {1.0, static_cast<double>(out->data.size() * sizeof(Real))};
   return t;
 }
 

@@ -7,7 +7,7 @@
 
 #include "flow_solver/grid/grid.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Weights of the nodes -n_ghost .. n + n_ghost - 1 of an open or mirrored line in the flux of one face:

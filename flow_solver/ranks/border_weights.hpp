@@ -5,7 +5,7 @@
 #include "flow_solver/numerics/kernel.hpp"
 #include "flow_solver/numerics/line_table.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Which of the two solves of a line.
 enum class LineSolve { flux, filter };

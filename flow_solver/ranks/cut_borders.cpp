@@ -5,7 +5,7 @@
 
 #include "flow_solver/grid/fields.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Nodes beyond which a closure changes no flux at the border by more than rounding: the inverse of
@@ -94,7 +94,7 @@ void CutBorders::load(const Context& ctx, const Line& line, double* values, std:
     if (axis_ == 0) return block.data + line.b * block.sj + line.c * block.sk;
     return block.data + line.b + line.c * (axis_ == 1 ? block.sk : block.sj);
   };
-  const double *state = at(w), *kept = at(a);
+  const Real *state = at(w), *kept = at(a);
   const std::ptrdiff_t sl = along(w), al = along(a);
   const double inverse_gm1 = 1.0 / (ctx.gamma - 1.0);
   for (int n = line.weights->first; n < line.weights->last; ++n) {
@@ -127,12 +127,12 @@ void CutBorders::load(const Context& ctx, const Line& line, double* values, std:
     const double total = p + (ctx.bulk ? state[smooth * sl + field_bulk * w.sf] : 0.0);
     const double u_n = v[1 + axis_];
     out[0] = v[0] * u_n;
-    for (int f = 1; f < 4; ++f) out[f * stride] = v[0] * u_n * v[f] + (f == 1 + axis_ ? total : 0.0);
+    for (int f = 1; f < 4; ++f) out[f * stride] = v[0] * u_n * v[f] + (f == 1 + axis_ ? total - ctx.rest_pressure : 0.0);
     out[4 * stride] = u_n * (energy + total);
   }
 }
 
-void CutBorders::sum_line(const Context& ctx, const Line& line, std::vector<double>& values, double* out) const {
+void CutBorders::sum_line(const Context& ctx, const Line& line, std::vector<double>& values, Real* out) const {
   const int faces = 2 * known_ - 1;
   const int n = line.weights == nullptr ? 0 : line.weights->last - line.weights->first;
   values.resize(5 * static_cast<std::size_t>(n));
@@ -147,7 +147,7 @@ void CutBorders::sum_line(const Context& ctx, const Line& line, std::vector<doub
 #pragma omp simd reduction(+ : sum)
         for (int i = 0; i < n; ++i) sum += weight[i] * value[i];
       }
-      out[(m * 5 + q) * tile_width] = sum;
+      out[(m * 5 + q) * tile_width] = static_cast<Real>(sum);
     }
   }
 }

@@ -10,7 +10,7 @@
 #include "flow_solver/ranks/border_weights.hpp"
 #include "flow_solver/ranks/rank_part.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// This rank's part of the border sums for lines that a body cuts within reach of a border: the weights
 /// are those of the segment that goes through the border, with the closure of its walls, and the sum ends
@@ -43,7 +43,7 @@ class CutBorders {
   /// Nodes to either end of the segment (at most reach_), whether a wall is there, and the block's ends.
   using Key = std::tuple<int, bool, int, bool, int, int>;
   [[nodiscard]] const Weights* weights_for(const Key& key);
-  void sum_line(const Context& ctx, const Line& line, std::vector<double>& values, double* out) const;
+  void sum_line(const Context& ctx, const Line& line, std::vector<double>& values, Real* out) const;
   /// Nodal fluxes, or conserved states, of the nodes [first, last) in reach, [component, node].
   void load(const Context& ctx, const Line& line, double* values, std::ptrdiff_t stride) const;
 

@@ -5,8 +5,9 @@
 
 #include "coupler/base/ranks.hpp"
 #include "flow_solver/grid/grid.hpp"
+#include "flow_solver/grid/precision.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Calls visit(i, j, k) for all nodes of the box, i fastest.
 template <class Visit>

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 Halo::Halo(const RankPart& part, HaloSpec spec) : part_(&part), spec_(std::move(spec)) {
   std::vector<RankExchange::Message> sends, receives;
@@ -55,7 +55,7 @@ void Halo::start(const Block& block) {
   if (!exchange_) return;
   for (const auto& face : faces_) {
     const int n = part_->grid.axis[static_cast<std::size_t>(face->axis)].n;
-    double* to = face->out.data();
+    Real* to = face->out.data();
     for_rows(*face, block, face->low ? 0 : n - spec_.depth, [&](std::ptrdiff_t at, int count) {
       to = std::copy_n(block.data + at, count, to);
     });
@@ -65,7 +65,7 @@ void Halo::start(const Block& block) {
 
 Traffic Halo::traffic() const {
   Traffic t;
-  for (const auto& face : faces_) t += {1.0, static_cast<double>(face->out.size() * sizeof(double))};
+  for (const auto& face : faces_) t += {1.0, static_cast<double>(face->out.size() * sizeof(Real))};
   return t;
 }
 
@@ -78,7 +78,7 @@ void Halo::finish(const Block& block) {
   exchange_->finish();
   for (const auto& face : faces_) {
     const int n = part_->grid.axis[static_cast<std::size_t>(face->axis)].n;
-    const double* from = face->in.data();
+    const Real* from = face->in.data();
     for_rows(*face, block, face->low ? -spec_.depth : n, [&](std::ptrdiff_t at, int count) {
       std::copy_n(from, count, block.data + at);
       from += count;

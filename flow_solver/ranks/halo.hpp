@@ -7,7 +7,7 @@
 #include "flow_solver/numerics/kernel.hpp"
 #include "flow_solver/ranks/rank_part.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Messages and bytes that a rank sends.
 struct Traffic {
@@ -48,7 +48,7 @@ class Halo {
     int axis;
     bool low;
     int peer;
-    std::vector<double> out, in;
+    std::vector<Real> out, in;
   };
   template <class Copy>
   void for_rows(const Face& face, const Block& block, int layer0, const Copy& copy) const;

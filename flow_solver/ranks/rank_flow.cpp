@@ -5,7 +5,7 @@
 
 #include "flow_solver/flow_core.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 // Channels of RankExchange; three of a kind for the axes.
@@ -68,7 +68,7 @@ RankFlow::RankFlow(RankPart part_in, const LineScheme& scheme, int state_depth, 
       const int peer = part.neighbour(a, low);
       if (peer < 0) continue;
       const auto size = static_cast<std::size_t>(n_groups_[at]);
-      auto face = std::make_unique<BitFace>(BitFace{a, low, std::vector<double>(size), std::vector<double>(size)});
+      auto face = std::make_unique<BitFace>(BitFace{a, low, std::vector<LaneBits>(size), std::vector<LaneBits>(size)});
       sends.push_back({peer, face->out});
       received_[at][low ? 0 : 1].resize(size);
       pair[low ? 0 : 1] = face.get();
@@ -102,7 +102,7 @@ Traffic RankFlow::step_traffic(bool nodal, bool sensors_on) const {
 
 const RankFlow::EndBits& RankFlow::exchange_bits(const std::function<bool(int i, int j, int k)>& bit) {
   for (const auto& face : bit_faces_) {
-    // Lines of the axis as (b, c): groups of eight run along b.
+    // Lines of the axis as (b, c): groups of tile_width run along b.
     const int b_axis = face->axis == 0 ? 1 : 0, c_axis = face->axis == 2 ? 1 : 2;
     const int n_b = part.grid.axis[static_cast<std::size_t>(b_axis)].n;
     const int n_c = part.grid.axis[static_cast<std::size_t>(c_axis)].n;
@@ -117,7 +117,7 @@ const RankFlow::EndBits& RankFlow::exchange_bits(const std::function<bool(int i,
           at[c_axis] = c;
           if (bit(at[0], at[1], at[2])) bits |= 1u << l;
         }
-        face->out[static_cast<std::size_t>(c * groups + g)] = bits;
+        face->out[static_cast<std::size_t>(c * groups + g)] = static_cast<LaneBits>(bits);
       }
     }
   }
@@ -125,8 +125,7 @@ const RankFlow::EndBits& RankFlow::exchange_bits(const std::function<bool(int i,
   bit_exchange_->finish();
   for (const auto& face : bit_faces_) {
     auto& to = received_[static_cast<std::size_t>(face->axis)][face->low ? 0 : 1];
-    std::transform(face->in.begin(), face->in.end(), to.begin(),
-                   [](double bits) { return static_cast<std::uint8_t>(bits); });
+    std::copy(face->in.begin(), face->in.end(), to.begin());
   }
   return received_;
 }

@@ -7,12 +7,13 @@
 #include <optional>
 #include <vector>
 
+#include "flow_solver/grid/precision.hpp"
 #include "flow_solver/ranks/border_sums.hpp"
 #include "flow_solver/ranks/cut_borders.hpp"
 #include "flow_solver/ranks/halo.hpp"
 #include "flow_solver/ranks/rank_part.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// What a scalar field's ghosts are needed for.
 enum class ScalarGhosts { differences, average, faces };
@@ -36,7 +37,7 @@ struct RankFlow {
   std::array<std::unique_ptr<CutBorders>, 3> cut_flux, cut_filter;
 
   /// One byte per line group at both ends of every axis, [axis][0 low, 1 high]: bits of the lines.
-  using EndBits = std::array<std::array<std::vector<std::uint8_t>, 2>, 3>;
+  using EndBits = std::array<std::array<std::vector<LaneBits>, 2>, 3>;
   /// Sends each border layer's bits to the neighbour; gives those of the neighbours' nodes beyond the
   /// borders. Collective.
   [[nodiscard]] const EndBits& exchange_bits(const std::function<bool(int i, int j, int k)>& bit);
@@ -49,7 +50,7 @@ struct RankFlow {
   struct BitFace {
     int axis;
     bool low;
-    std::vector<double> out, in;
+    std::vector<LaneBits> out, in;
   };
   std::array<int, 3> n_groups_{};
   std::vector<std::unique_ptr<BitFace>> bit_faces_;

@@ -8,7 +8,7 @@
 
 #include "coupler/base/errors.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 bool fits(const Grid& grid, const std::array<int, 3>& parts) {

@@ -6,9 +6,10 @@
 #include "coupler/base/ranks.hpp"
 #include "flow_solver/boundary/boundary.hpp"
 #include "flow_solver/grid/grid.hpp"
+#include "flow_solver/grid/precision.hpp"
 #include "flow_solver/ranks/plane_work.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Least nodes of a block along a direction that is divided: both ends' known faces and the filter's
 /// stencil fit (as on a whole line).

@@ -6,7 +6,7 @@
 #include "flow_solver/grid/make_grid.hpp"
 #include "flow_solver/sources/burst.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 BallWave::BallWave(const Gas& gas, const State& ambient, const BallStart& ball, double r_max,
                    const RadialResolution& resolution)

@@ -5,7 +5,7 @@
 #include "flow_solver/sources/radial_wave.hpp"
 #include "flow_solver/step.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Ball of hot gas at rest that starts a spherical wave.
 struct BallStart {

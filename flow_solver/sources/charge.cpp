@@ -5,7 +5,7 @@
 
 #include "flow_solver/grid/make_grid.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 constexpr TntCalibration calibration;

@@ -10,7 +10,7 @@
 #include "flow_solver/sources/kingery_bulmash.hpp"
 #include "flow_solver/step.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Ball of hot gas in air (gamma 1.4) that stands for 1 kg of TNT, calibrated against the free-air curves
 /// of Kingery and Bulmash for Z = 2 to 10 m/kg^(1/3): no point or ball with the heat of detonation meets

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 constexpr double four_pi = 4.0 * std::numbers::pi;

@@ -1,8 +1,9 @@
 #pragma once
 
+#include "flow_solver/grid/precision.hpp"
 #include "flow_solver/sources/radial_wave.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Explosive with products after Jones, Wilkins and Lee: p = A (1 - w/(R1 V)) exp(-R1 V) + B (1 - w/(R2 V))
 /// exp(-R2 V) + w E/V, V = rho0/rho, E per initial volume. Values for TNT (with an E0 of 4.29 MJ/kg).

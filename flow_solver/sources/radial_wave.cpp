@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 // The front is the outermost place with this part of the largest overpressure, and of ambient pressure.

@@ -5,8 +5,9 @@
 
 #include "flow_solver/boundary/boundary.hpp"
 #include "flow_solver/gas/gas.hpp"
+#include "flow_solver/grid/precision.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Gas at a distance r from the charge; u points away from it.
 struct RadialState {

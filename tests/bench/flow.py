@@ -24,19 +24,21 @@ TRAFFIC = {
 }
 
 
-def run(build, *options):
-    """The JSON lines of one call of flow_speed."""
-    out = subprocess.run([os.path.join(build, "bin", "flow_speed"), "-j", *options], check=True, capture_output=True,
+def run(build, *options, program="flow_speed"):
+    """The JSON lines of one call of flow_speed (or flow_speed_single)."""
+    out = subprocess.run([os.path.join(build, "bin", program), "-j", *options], check=True, capture_output=True,
                          text=True).stdout
     return [json.loads(line) for line in out.splitlines() if line.startswith("{")]
 
 
-def alternating(build, settings, repeats):
-    """Each setting's runs, taken in turns; per setting the one with the median of the best steps."""
-    taken = [[] for _ in settings]
+def alternating(build, settings, repeats, programs=("flow_speed",)):
+    """Each setting's runs, taken in turns; per setting the one with the median of the best steps. With
+    several programs, settings x programs in this order."""
+    calls = [(program, options) for options in settings for program in programs]
+    taken = [[] for _ in calls]
     for _ in range(repeats):
-        for column, options in zip(taken, settings):
-            column.append(run(build, *options)[0])
+        for column, (program, options) in zip(taken, calls):
+            column.append(run(build, *options, program=program)[0])
     middle = []
     for column in taken:
         best = statistics.median_low([r["best"] for r in column])
@@ -60,6 +62,20 @@ def rates(build, quick, records):
     two = results[len(sizes)]
     records.append(reports.record("flow", f"{largest}^3", "two threads against one, fastest steps",
                                   2.0 * two["best"] / one["best"], "", None if quick else 1.75, "higher"))
+
+
+def single(build, quick, records):
+    """Single precision against double."""
+    n = "64" if quick else "128"
+    settings = [([n, "-t", "1"], f"{n}^3, one thread"), ([n, "-t", "2"], f"{n}^3, two threads"),
+                ([n, "-t", "1", "-v"], f"{n}^3, viscous, one thread")]
+    results = alternating(build, [s for s, _ in settings], 3 if quick else 5, ("flow_speed", "flow_speed_single"))
+    for k, (_, case) in enumerate(settings):
+        double, once = results[2 * k], results[2 * k + 1]
+        records.append(reports.record("flow", f"{case}, single", "cells per second and thread, fastest step",
+                                      once["best"], "1/s", None, "higher"))
+        records.append(reports.record("flow", f"{case}, single", "against double", once["best"] / double["best"], "",
+                                      1.6 if k == 0 and not quick else None, "higher"))
 
 
 def roofline(build, quick, records):
@@ -111,6 +127,7 @@ def main():
     options = reports.arguments(__doc__)
     records = []
     rates(options.build, options.quick, records)
+    single(options.build, options.quick, records)
     passes = roofline(options.build, options.quick, records)
     skipping(options.build, options.quick, records)
     ranks = flow_ranks.section(options.build, options.quick, records)

@@ -15,7 +15,7 @@ struct Field {
   Grid grid{{make_uniform_axis(0.0, 1.0, 10), make_uniform_axis(0.0, 2.0, 10), make_absent_axis()}};
   Gas gas{};
   std::vector<double> values = std::vector<double>(5 * 18 * 18);
-  FieldsView<double> view() {
+  FieldsView<ocublast::flow::Real> view() {
     // [field][j][i] with 4 ghosts on each side
     return {values.data() + 4 * 18 + 4, 18 * 18, 18, 0};
   }

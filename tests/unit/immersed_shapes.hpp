@@ -188,11 +188,11 @@ class Fields {
       }
     }
   }
-  [[nodiscard]] FieldsView<double> view() { return view_; }
+  [[nodiscard]] FieldsView<ocublast::flow::Real> view() { return view_; }
 
  private:
   std::vector<double> values_;
-  FieldsView<double> view_;
+  FieldsView<ocublast::flow::Real> view_;
 };
 
 }  // namespace ocublast::flow::testing

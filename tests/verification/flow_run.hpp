@@ -5,7 +5,7 @@
 #include "flow_solver/grid/make_grid.hpp"
 #include "flow_solver/step.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Boundaries of one kind everywhere.
 inline Boundaries all_faces(BoundaryKind kind, const State& state = {}) {

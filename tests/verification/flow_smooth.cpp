@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/verification/flow_run.hpp"
+#include "tests/verification/flow_problems.hpp"
 
 namespace ocublast::flow {
 namespace {
@@ -81,27 +81,6 @@ TEST(DensityWave, KeepsNearlyFifthOrderWithArtificialDiffusivity) {
   for (int n : {16, 32, 64, 128}) e.push_back(density_wave(n, 0, false, Scheme::compact6, true));
   // kappa* is of fifth order in the spacing (seed eq. 11).
   expect_order("density wave, LAD", e, 4.7);
-}
-
-double vortex(int n, FlowOptions o) {
-  constexpr double strength = 5.0, gamma = 1.4;
-  Flow flow(uniform_grid({n, n, 1}, {-5, -5, 0}, {5, 5, 1}, true), all_faces(BoundaryKind::periodic), o);
-  const auto state = [&](double x, double y) {
-    const double r2 = x * x + y * y, f = strength / (2.0 * pi) * std::exp(0.5 * (1.0 - r2));
-    const double T = 1.0 - (gamma - 1.0) / (2.0 * gamma) * f * f;
-    const double rho = std::pow(T, 1.0 / (gamma - 1.0));
-    return State{.rho = rho, .u = 1.0 - y * f, .v = 1.0 + x * f, .p = rho * T};
-  };
-  flow.set_state([&](double x, double y, double) { return state(x, y); });
-  run_to(flow, 10.0, 0.75 / 0.9);
-  const auto W = flow.primitives();
-  double error = 0.0;
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i) {
-      error += std::abs(W(0, i, j, 0) - state(flow.grid().axis[0].x(i), flow.grid().axis[1].x(j)).rho) / (n * n);
-    }
-  }
-  return error;
 }
 
 TEST(IsentropicVortex, ReturnsAfterOnePeriodWithHighOrder) {

@@ -246,7 +246,7 @@ TEST(ImmersedFreeStream, AlongASlipBodyOnAStretchedGridIsKeptToRoundOff) {
   }
   double worst = 0.0;
   std::size_t node = 0;
-  const FieldsView<const double> W = flow.primitives();
+  const FieldsView<const Real> W = flow.primitives();
   for (int k = 0; k < grid.axis[2].n; ++k)
     for (int j = 0; j < grid.axis[1].n; ++j)
       for (int i = 0; i < grid.axis[0].n; ++i, ++node) {

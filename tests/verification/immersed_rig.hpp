@@ -71,7 +71,7 @@ inline Flow shock_into_rest(const Grid& grid, const flow::State& behind, double 
 }
 
 inline double pressure_at(const Flow& flow, int i, int j = 0, int k = 0) {
-  const FieldsView<const double> W = flow.primitives();
+  const FieldsView<const Real> W = flow.primitives();
   return pressure(flow.options().gas, W(prim_rho, i, j, k), W(prim_T, i, j, k));
 }
 
