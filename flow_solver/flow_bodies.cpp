@@ -139,7 +139,7 @@ void Flow::Core::set_segments(int axis) {
       if (ranks && s.begin == 0 && s.end == ctx.n[axis] && s.wall_low < 0 && s.wall_high < 0) {
         // Within this block the line is whole.
         LaneBits& bits = group_of(s.b, c);
-        bits = static_cast<std::uint8_t>(bits & ~(1U << (s.b % tile_width)));
+        bits = static_cast<LaneBits>(bits & ~(1U << (s.b % tile_width)));
         continue;
       }
       if (c < lo[c_of] || c >= hi[c_of] || s.b < lo[b_of] || s.b >= hi[b_of]) continue;
