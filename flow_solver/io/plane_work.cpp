@@ -4,7 +4,7 @@
 
 #include "flow_solver/ranks/gather.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 // Work of what bodies bring, in round figures of that of a node of gas in a step (some 120 ns): a node in a body is passed
