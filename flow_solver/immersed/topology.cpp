@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 NodeIndex node_on_line(const Grid& grid, int axis, std::int32_t line, std::int32_t i) {

@@ -7,7 +7,7 @@
 #include "flow_solver/immersed/ghost_stencil.hpp"
 #include "flow_solver/immersed/line_cutting.hpp"
 
-namespace ocublast::flow {
+namespace ocublast::flow::inline OCU_PRECISION {
 
 /// One ghost node of a wall end.
 struct GhostPoint {
