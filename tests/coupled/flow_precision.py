@@ -41,7 +41,7 @@ position_m = 0.5
 pressure_Pa = 1.0e13
 [flow.initial.right]
 [flow.numerics]
-cfl = 1.2
+cfl_direction = 1.2
 filter = false
 artificial_diffusivity = false
 """
