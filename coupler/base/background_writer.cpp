@@ -53,7 +53,11 @@ void BackgroundWriter::work() {
     lock.lock();
     queued_bytes_ -= job.bytes;
     busy_ = false;
-    if (failure && !failure_) failure_ = failure;
+    if (failure) {  // what was to follow may count on it
+      failure_ = failure;
+      jobs_.clear();
+      queued_bytes_ = 0;
+    }
     changed_.notify_all();
   }
 }

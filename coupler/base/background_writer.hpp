@@ -20,7 +20,8 @@ class BackgroundWriter {
   ~BackgroundWriter();  ///< writes what is queued; a failure nobody asked for is lost
   BackgroundWriter(const BackgroundWriter&) = delete;
   BackgroundWriter& operator=(const BackgroundWriter&) = delete;
-  /// Queues a job that owns `bytes` of data. Rethrows what an earlier job threw (disk full).
+  /// Queues a job that owns `bytes` of data. Rethrows what an earlier job threw (disk full); those behind
+  /// it were dropped then.
   void post(std::size_t bytes, std::function<void()> job);
   /// Returns when everything is written; rethrows what a job threw.
   void finish();

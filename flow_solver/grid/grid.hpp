@@ -31,6 +31,10 @@ struct NodeBox {
   int lo[3], hi[3];
 };
 
+[[nodiscard]] constexpr bool holds(const NodeBox& box, int i, int j, int k) noexcept {
+  return i >= box.lo[0] && i < box.hi[0] && j >= box.lo[1] && j < box.hi[1] && k >= box.lo[2] && k < box.hi[2];
+}
+
 /// What x means. Else than Cartesian it is the distance r from a point or an axis, and cells are
 /// whole shells or rings; axisymmetric grids have y along the axis.
 enum class Geometry { cartesian, cylindrical, spherical, axisymmetric };

@@ -55,7 +55,7 @@ NodeBox FarNodes::with_ghosts(const NodeBox& block) const {
 
 int FarNodes::owner(const std::array<std::int32_t, 3>& node) const {
   const auto at = std::find_if(blocks_.begin(), blocks_.end(),
-                               [&](const NodeBox& b) { return contains(b, node[0], node[1], node[2]); });
+                               [&](const NodeBox& b) { return holds(b, node[0], node[1], node[2]); });
   return static_cast<int>(at - blocks_.begin());
 }
 

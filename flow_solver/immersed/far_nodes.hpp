@@ -18,10 +18,6 @@ namespace ocublast::flow::inline OCU_PRECISION {
 /// line, its foot and image lie within eight of there.
 inline constexpr int far_reach = 12;
 
-[[nodiscard]] constexpr bool contains(const NodeBox& box, int i, int j, int k) noexcept {
-  return i >= box.lo[0] && i < box.hi[0] && j >= box.lo[1] && j < box.hi[1] && k >= box.lo[2] && k < box.hi[2];
-}
-
 /// The gas at nodes that other ranks hold, near the bodies. A node beyond the domain's face belongs to
 /// the rank at that face.
 class FarNodes {
@@ -54,9 +50,9 @@ class FarNodes {
   };
   /// NaN where the node was not asked for.
   [[nodiscard]] Place find(int i, int j, int k) const {
-    if (contains(own_with_ghosts_, i, j, k)) return {};
+    if (holds(own_with_ghosts_, i, j, k)) return {};
     for (const Piece& p : pieces_) {
-      if (contains(p.box, i, j, k)) return {p.data.data() + p.offset(i, j, k), p.row()};
+      if (holds(p.box, i, j, k)) return {p.data.data() + p.offset(i, j, k), p.row()};
     }
     return {nowhere_.get(), 0};
   }

@@ -128,7 +128,7 @@ void FieldOutput::write_index(const Frame& frame) const {
 struct InterfaceOutput::Frame {
   struct Body {
     std::string name;
-    std::vector<std::int32_t> triangles;              ///< [n_t, 3]
+    std::vector<std::int32_t> triangles;     ///< [n_t, 3]
     std::vector<double> position, velocity;  ///< [n_v, 3], m and m/s
     std::vector<double> overpressure;        ///< [n_v], Pa
   };

@@ -1,12 +1,12 @@
 #include "flow_solver/io/run.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 
 #include <fmt/format.h>
+#include <omp.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/hdf5_file.hpp"
@@ -18,10 +18,6 @@
 
 namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
-
-double wall_clock() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Set by SIGINT and SIGTERM of a run without a coupler: the only state a signal handler may touch.
 volatile std::sig_atomic_t stop_asked = 0;
@@ -140,7 +136,7 @@ FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line
       fields_(flow_.grid(), case_.options.gas,
               {.directory = line.out, .ambient_pressure = case_.common.ambient_pressure}, writer_),
       surfaces_(line.out, writer_) {
-  wall_start_ = wall_clock();
+  wall_start_ = omp_get_wtime();
   auto surfaces = make_bodies(case_, coupled_surfaces);
   if (!surfaces.empty()) {
     case_.immersed.transport = wall_transport(case_.options);
@@ -184,7 +180,7 @@ FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line
     probes_.sample(*ranks_, flow_.owned(), std::as_const(flow_).primitives(), tags(), clock_.time);
     write_outputs(false);
   }
-  setup_seconds_ = wall_clock() - wall_start_;
+  setup_seconds_ = omp_get_wtime() - wall_start_;
   const auto blocks = flow_.rank_blocks();
   log_->info("{} nodes, {} in the gas, {} precision, kernels {}, {} x {} x {} ranks of {} threads, set-up {:.2f} s",
              flow_.grid().n_cells(), fluid_nodes_, precision_name, flow_.instruction_set(), blocks[0], blocks[1], blocks[2],
@@ -298,7 +294,7 @@ void FlowRun::restore_bodies(std::span<const double> saved) {
 
 void FlowRun::step_to(double t_end) {
   while (clock_.time < t_end) {
-    const double begin = wall_clock();
+    const double begin = omp_get_wtime();
     const double remaining = t_end - clock_.time;
     // Equal steps to the end; 1e-9: no extra step for the rounding of the division.
     const double n = std::max(1.0, std::ceil(remaining / stable_step() * (1.0 - 1e-9)));
@@ -318,7 +314,7 @@ void FlowRun::step_to(double t_end) {
     }
     clock_.time = t_next;
     ++clock_.step;
-    compute_seconds_ += wall_clock() - begin;
+    compute_seconds_ += omp_get_wtime() - begin;
     after_step();
   }
 }
@@ -336,12 +332,12 @@ void FlowRun::after_step() {
 
 void FlowRun::write_step() {
   const auto& r = last_report_;
-  const double begin = wall_clock();
+  const double begin = omp_get_wtime();
   probes_.sample(*ranks_, flow_.owned(), std::as_const(flow_).primitives(), tags(), clock_.time);
   sample_surface_probes();
   write_globals(r);
   write_outputs(false);
-  output_seconds_ += wall_clock() - begin;
+  output_seconds_ += omp_get_wtime() - begin;
 }
 
 void FlowRun::write_outputs(bool last) {
@@ -424,7 +420,7 @@ std::string FlowRun::status() const {
 
 void FlowRun::show_progress(bool last) {
   if (quiet_) return;
-  const double now = wall_clock() - wall_start_;
+  const double now = omp_get_wtime() - wall_start_;
   if (!last && now - progress_shown_ < 1.0) return;
   progress_shown_ = now;
   const double share = clock_.time / case_.common.end_time;
@@ -483,190 +479,6 @@ bool FlowRun::run_alone() {
   show_progress(true);
   write_summary();
   return true;
-}
-
-void FlowRun::keep_state() {
-  kept_.parts.clear();
-  for (const auto& part : flow_.checkpoint()) kept_.parts.emplace_back(part.values.begin(), part.values.end());
-  kept_.walls.clear();
-  for (std::size_t b = 0; bodies_ && b < bodies_->n_bodies(); ++b) {
-    const auto copy = [](std::span<const double> v) { return std::vector<double>(v.begin(), v.end()); };
-    kept_.walls.push_back({copy(bodies_->position(b)), copy(bodies_->velocity(b)), copy(bodies_->acceleration(b))});
-  }
-  if (bodies_) kept_.history = bodies_->history();
-  kept_.bodies = save_bodies();
-  kept_.time = clock_.time;
-  kept_.step = clock_.step;
-  kept_.window = clock_.window;
-  kept_.sums = sums_;
-}
-
-/// As at the start of a resumed run, from memory instead of a file.
-void FlowRun::rewind() {
-  const auto put_back = [&] {
-    const auto parts = flow_.checkpoint();
-    for (std::size_t k = 0; k < parts.size(); ++k)
-      std::copy(kept_.parts[k].begin(), kept_.parts[k].end(), parts[k].values.begin());
-  };
-  put_back();
-  clock_.time = kept_.time;
-  clock_.step = kept_.step;
-  clock_.window = kept_.window;
-  sums_ = kept_.sums;
-  if (bodies_) {
-    for (std::size_t b = 0; b < kept_.walls.size(); ++b)
-      if (bodies_->body(b).moves)
-        bodies_->restore_wall(b, kept_.walls[b].position, kept_.walls[b].velocity, kept_.walls[b].acceleration);
-    bodies_->move_to(clock_.time);
-    bodies_->update_topology(flow_.primitives());
-    bodies_->restore_history(kept_.history);
-    put_back();  // nodes that a wall going back set free were filled anew
-    restore_bodies(kept_.bodies);
-  }
-  flow_.restored();  // takes the topology over: after the walls
-  flow_.fill_domain_ghosts();
-}
-
-link::Report FlowRun::finish_window(const link::Order& order) {
-  link::Report report;
-  report.stable_step = stable_step();
-  if (coupled_bodies_.empty()) return report;
-  const auto W = std::as_const(flow_).primitives();
-  const double window = order.t_end - order.t_begin;
-  const double quiet = case_.quiet_overpressure * case_.common.ambient_pressure;
-  report.idle = true;
-  std::vector<bool> loaded;
-  for (const CoupledBody& c : coupled_bodies_) {
-    const auto mine = std::span(overpressure_).subspan(c.first, c.count);
-    bodies_->read_overpressure(W, c.body, case_.common.ambient_pressure, mine);
-    loaded.push_back(std::any_of(mine.begin(), mine.end(), [&](double p) { return std::abs(p) > quiet; }));
-    report.idle = report.idle && !loaded.back();
-    report.impedance = std::max(report.impedance, loads_[c.body].largest_impedance);
-  }
-  report.status = status();
-  if (report.idle) return report;
-  if (force_.empty()) report.overpressure = overpressure_;
-  else report.force = force_;
-  for (std::size_t k = 0; k < coupled_bodies_.size(); ++k) {
-    const CoupledBody& c = coupled_bodies_[k];
-    const auto mine = std::span(overpressure_).subspan(c.first, c.count);
-    const BodyLoad& load = loads_[c.body];
-    Sums::Wall& wall = sums_.walls[k];
-    link::InterfaceBalance balance;
-    // A quiet load of one body is none, as it would be alone: its solid may sleep.
-    const auto forces = force_.empty() ? std::span<double>() : std::span(force_).subspan(3 * c.first, 3 * c.count);
-    if (!loaded[k]) {
-      std::fill(mine.begin(), mine.end(), 0.0);
-      std::fill(forces.begin(), forces.end(), 0.0);
-    } else {
-      if (!forces.empty()) bodies_->read_force(W, c.body, case_.common.ambient_pressure, forces);
-      // Trapezoidal rule on power and force: 2nd order in the window, as the coupling itself.
-      balance.work = 0.5 * window * (wall.power + load.power);
-      for (std::size_t a = 0; a < 3; ++a) balance.impulse[a] = 0.5 * window * (wall.force[a] + load.force[a]);
-      wall.power = load.power;
-      wall.force = load.force;
-      const double peak = *std::max_element(mine.begin(), mine.end());
-      if (peak > wall.peak) {
-        wall.peak = peak;
-        wall.peak_time = clock_.time;
-      }
-    }
-    report.work += balance.work;
-    for (std::size_t a = 0; a < 3; ++a) report.impulse[a] += balance.impulse[a];
-    report.interfaces.push_back(balance);
-  }
-  return report;
-}
-
-void FlowRun::move_coupled_bodies(const link::Order& order) {
-  for (const CoupledBody& c : coupled_bodies_) {
-    const auto position = order.position.subspan(3 * c.first, 3 * c.count);
-    const auto velocity = order.velocity.subspan(3 * c.first, 3 * c.count);
-    // One of several may rest where it is: no path, as if it had been said so.
-    const bool rests = coupled_bodies_.size() > 1 &&
-                       std::all_of(velocity.begin(), velocity.end(), [](double v) { return v == 0.0; }) &&
-                       std::equal(position.begin(), position.end(), bodies_->position(c.body).begin());
-    if (rests) continue;
-    if (order.wall_path == link::WallPath::cubic)
-      bodies_->set_path(c.body, order.t_begin, order.t_end, position, velocity);
-    else
-      bodies_->set_straight_path(c.body, order.t_begin, order.t_end, position);
-  }
-}
-
-/// The coupler's next order, which the root has, on every rank.
-link::Order FlowRun::await_order(link::Participant* coupler) {
-  link::Order order;
-  if (coupler != nullptr) order = coupler->next();
-  if (ranks_->alone()) return order;
-  ranks_->await_root();
-  struct Header {
-    link::Order::Kind kind;
-    link::WallPath wall_path;
-    std::uint32_t iteration;
-    bool idle;
-    std::uint64_t window;
-    double t_begin, t_end;
-    std::size_t n_position, n_velocity;
-  };
-  Header h{order.kind, order.wall_path, order.iteration, order.idle, order.window, order.t_begin, order.t_end,
-           order.position.size(), order.velocity.size()};
-  ranks_->broadcast(std::span<Header>(&h, 1));
-  order.kind = h.kind;
-  order.wall_path = h.wall_path;
-  order.iteration = h.iteration;
-  order.idle = h.idle;
-  order.window = h.window;
-  order.t_begin = h.t_begin;
-  order.t_end = h.t_end;
-  const auto share = [&](std::span<const double>& values, std::size_t count, std::vector<double>& room) {
-    room.assign(values.begin(), values.end());
-    room.resize(count);
-    ranks_->broadcast(std::span<double>(room));
-    values = room;
-  };
-  share(order.position, h.n_position, ordered_position_);
-  share(order.velocity, h.n_velocity, ordered_velocity_);
-  if (order.kind == link::Order::Kind::checkpoint) order.checkpoint = ranks_->broadcast(order.checkpoint.string());
-  return order;
-}
-
-void FlowRun::run_coupled(link::Participant* coupler, bool forces_taken) {
-  if (forces_taken) {
-    if (coupler != nullptr) coupler->send_forces();
-    force_.assign(3 * overpressure_.size(), 0.0);
-  }
-  std::signal(SIGINT, SIG_IGN);  // Ctrl-C reaches the whole group; the coupler decides what it means
-  const double first_step = stable_step();
-  if (coupler != nullptr) coupler->ready(first_step, static_cast<std::uint64_t>(clock_.window), clock_.time);
-  while (true) {
-    const auto order = await_order(coupler);
-    if (output_waits_ && order.iteration <= 1) {  // the last answer counts
-      output_waits_ = false;
-      write_step();
-    }
-    if (order.kind == link::Order::Kind::finish) break;
-    if (order.kind == link::Order::Kind::checkpoint) {
-      save(order.checkpoint);
-      if (coupler != nullptr) coupler->checkpoint_written();
-      continue;
-    }
-    const double begin = wall_clock();
-    if (order.iteration == 1) keep_state();
-    if (order.iteration > 1) rewind();
-    iterating_ = order.iteration > 0;
-    if (!order.idle) move_coupled_bodies(order);
-    const auto steps_before = clock_.step;
-    step_to(order.t_end);
-    clock_.window = static_cast<std::int64_t>(order.window);
-    auto report = finish_window(order);
-    report.steps_taken = static_cast<std::uint32_t>(clock_.step - steps_before);
-    report.compute_seconds = wall_clock() - begin;
-    if (coupler != nullptr) coupler->send(report);
-  }
-  write_outputs(true);
-  write_summary();
-  if (coupler != nullptr) coupler->goodbye();
 }
 
 }  // namespace ocublast::flow

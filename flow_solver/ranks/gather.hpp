@@ -19,10 +19,6 @@ void for_nodes(const NodeBox& box, const Visit& visit) {
   }
 }
 
-[[nodiscard]] constexpr bool holds(const NodeBox& box, int i, int j, int k) noexcept {
-  return i >= box.lo[0] && i < box.hi[0] && j >= box.lo[1] && j < box.hi[1] && k >= box.lo[2] && k < box.hi[2];
-}
-
 /// Place of node (i, j, k) in an array [k, j, i] of the whole grid.
 [[nodiscard]] inline std::size_t place_of(const Grid& grid, int i, int j, int k) {
   return (static_cast<std::size_t>(k) * static_cast<std::size_t>(grid.axis[1].n) + static_cast<std::size_t>(j)) *

@@ -1,7 +1,9 @@
 #include "coupler/base/background_writer.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -61,11 +63,18 @@ TEST(BackgroundWriter, TakesAJobAboveItsBoundAlone) {
   EXPECT_TRUE(done);
 }
 
-TEST(BackgroundWriter, HandsAFailureToTheCallerOnce) {
-  BackgroundWriter writer(100);
-  writer.post(1, [] { throw std::runtime_error("disk full"); });
-  EXPECT_THROW(writer.finish(), std::runtime_error);
+TEST(BackgroundWriter, HandsAFailureToTheCallerOnceAndDropsWhatFollowed) {
+  Gate gate;
   bool later = false;
+  BackgroundWriter writer(100);
+  writer.post(1, [&] {
+    gate.pass();
+    throw std::runtime_error("disk full");
+  });
+  writer.post(1, [&] { later = true; });
+  gate.open();
+  EXPECT_THROW(writer.finish(), std::runtime_error);
+  EXPECT_FALSE(later);
   writer.post(1, [&] { later = true; });
   writer.finish();
   EXPECT_TRUE(later);

@@ -73,20 +73,26 @@ double difference(const std::vector<double>& one, const std::vector<double>& man
   return worst;
 }
 
-class FlowOnRanks : public ::testing::TestWithParam<Split> {};
-
-TEST_P(FlowOnRanks, AgreesWithOneRank) {
-  const Split& split = GetParam();
+/// The same scene on one rank and on those of `split`, with the same steps redone and nodes marked.
+void run_both(const Split& split, std::vector<double>& one, std::vector<double>& many) {
   int code = 0;
   Split whole = split;
   whole.x = whole.y = whole.z = 1;
-  const auto one = run(whole, code);
+  one = run(whole, code);
   ASSERT_EQ(code, 0);
-  const auto many = run(split, code);
+  many = run(split, code);
   ASSERT_EQ(code, 0);
   ASSERT_EQ(one.size(), many.size());
   EXPECT_EQ(one[1], many[1]) << "redone steps";
   EXPECT_EQ(one[2], many[2]) << "marked nodes";
+}
+
+class FlowOnRanks : public ::testing::TestWithParam<Split> {};
+
+TEST_P(FlowOnRanks, AgreesWithOneRank) {
+  const Split& split = GetParam();
+  std::vector<double> one, many;
+  ASSERT_NO_FATAL_FAILURE(run_both(split, one, many));
   for (const std::size_t h : {0u, 3u, 4u}) EXPECT_NEAR(many[h], one[h], bound * std::abs(one[h]));
   const double worst = difference(one, many);
   std::printf("  largest relative difference %.1e, %g steps redone, %g marked\n", worst, one[1], one[2]);
@@ -107,16 +113,8 @@ INSTANTIATE_TEST_SUITE_P(
 /// Bodies across the borders. What walls feel is compared in units of the gas pressure (1): forces and
 /// moments are sums over some hundred facets, the pressures at the vertices are summed up likewise.
 void expect_bodies_agree(const Split& split, double fields_bound, double walls_bound) {
-  int code = 0;
-  Split whole = split;
-  whole.x = whole.y = whole.z = 1;
-  const auto one = run(whole, code);
-  ASSERT_EQ(code, 0);
-  const auto many = run(split, code);
-  ASSERT_EQ(code, 0);
-  ASSERT_EQ(one.size(), many.size());
-  EXPECT_EQ(one[1], many[1]) << "redone steps";
-  EXPECT_EQ(one[2], many[2]) << "marked nodes";
+  std::vector<double> one, many;
+  ASSERT_NO_FATAL_FAILURE(run_both(split, one, many));
   const double worst = difference(one, many);
   double walls = 0.0;
   for (std::size_t h = 5; h < n_head; ++h) {
