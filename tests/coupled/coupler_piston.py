@@ -6,7 +6,7 @@ import shutil
 import time
 import unittest
 
-from coupler_harness import FLOW, SOLID, CouplerTest, interrupt
+from coupler_harness import FLOW, SOLID, CouplerTest
 
 
 def order(errors):
@@ -147,12 +147,9 @@ class Resume(CouplerTest):
         long_case = ("--set", "time.end_s=40.0")
         whole = self.run_coupler(*long_case, out="whole")
         self.assertEqual(whole.code, 0, whole.text)
-        process = self.start(*long_case, out="stopped")
-        self.wait_for("stopped", "traffic.ocu")
-        time.sleep(0.15)
-        interrupt(process)
-        text = process.communicate(timeout=20)[0]
-        self.assertEqual(process.returncode, 1, text)
+        stopped = self.run_coupler(*long_case, out="stopped", env={"OCU_TOY_FAULT_SOLID": "interrupt@100"})
+        text = stopped.text
+        self.assertEqual(stopped.code, 1, text)
         self.assertRegex(text, r"stopped at window \d+, t = .* --resume")
         done = len(self.rows("stopped"))
         self.assertLess(done, len(self.rows("whole")))

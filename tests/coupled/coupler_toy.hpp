@@ -82,6 +82,7 @@ struct Fault {
     if (is("exit", w)) std::_Exit(4);
     if (is("hang", w)) std::this_thread::sleep_for(std::chrono::hours(1));
     if (is("late", w)) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    if (is("interrupt", w)) ::kill(::getppid(), SIGINT);  // as Ctrl-C at the coupler that started this toy
     if (is("abort", w)) throw ocublast::NumericsError("negative density in cell 7");
   }
   /// Dies, freezes or hangs at the first occasion of this name: "start" (before HELLO), "hello" (before
