@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -18,6 +17,7 @@
 
 #include "coupler/base/errors.hpp"
 #include "coupler/link/message.hpp"
+#include "coupler/rank_guard.hpp"
 
 namespace ocublast::coupler {
 
@@ -33,23 +33,6 @@ std::string ProcessEnd::text() const {
 }
 
 namespace {
-
-/// What the new process does before it becomes the solver. Only async-signal-safe calls.
-[[noreturn]] void become(char* const* argv, char* const* envp, int log_fd, int report_fd,
-                         pid_t parent) {
-  ::setpgid(0, 0);
-  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (::getppid() != parent) ::_exit(1);  // the coupler died in between
-  sigset_t none;
-  ::sigemptyset(&none);
-  ::sigprocmask(SIG_SETMASK, &none, nullptr);
-  ::dup2(log_fd, STDOUT_FILENO);
-  ::dup2(log_fd, STDERR_FILENO);
-  ::execvpe(argv[0], argv, envp);
-  const int error = errno;
-  static_cast<void>(!::write(report_fd, &error, sizeof error));
-  ::_exit(127);
-}
 
 std::vector<std::string> make_environment(
     const std::vector<std::pair<std::string, std::string>>& added) {
@@ -73,7 +56,7 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
 
 }  // namespace
 
-Child::Child(const Start& start) : party_(start.party), log_(start.log) {
+Child::Child(const Start& start) : party_(start.party), guarded_(start.guarded), log_(start.log) {
   std::filesystem::create_directories(start.log.parent_path());
   const int log_fd = ::open(start.log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (log_fd < 0) throw LinkError(fmt::format("{}: cannot be created", start.log.string()));
@@ -85,7 +68,11 @@ Child::Child(const Start& start) : party_(start.party), log_(start.log) {
   const auto envp = pointers(environment);
   const pid_t parent = ::getpid();
   pid_ = ::fork();
-  if (pid_ == 0) become(argv.data(), envp.data(), log_fd, report[1], parent);
+  if (pid_ == 0) {
+    const Launch launch{argv.data(), envp.data(), log_fd, report[1], parent};
+    if (start.guarded) stand_guard(launch);
+    become(launch);
+  }
   ::close(log_fd);
   ::close(report[1]);
   int error = pid_ < 0 ? errno : 0;
@@ -106,11 +93,12 @@ Child::Child(const Start& start) : party_(start.party), log_(start.log) {
 }
 
 Child::Child(Child&& other) noexcept
-    : party_(other.party_), pid_(std::exchange(other.pid_, -1)),
+    : party_(other.party_), guarded_(other.guarded_), pid_(std::exchange(other.pid_, -1)),
       pidfd_(std::exchange(other.pidfd_, -1)), log_(std::move(other.log_)), end_(other.end_) {}
 
 Child& Child::operator=(Child&& other) noexcept {
   std::swap(party_, other.party_);
+  std::swap(guarded_, other.guarded_);
   std::swap(pid_, other.pid_);
   std::swap(pidfd_, other.pidfd_);
   std::swap(log_, other.log_);
@@ -139,7 +127,8 @@ std::optional<ProcessEnd> Child::wait(double limit) {
 }
 
 void Child::end(double patience) noexcept {
-  constexpr double term_patience = 0.5;
+  // A guard gives its launcher 0.7 s and then ends what is left; it must not be killed over that.
+  const double term_patience = guarded_ ? 5.0 : 0.5;
   if (pid_ < 0) return;
   if (!wait(patience)) {
     ::kill(-pid_, SIGTERM);
@@ -149,7 +138,7 @@ void Child::end(double patience) noexcept {
       static_cast<void>(wait(5.0));
     }
   }
-  // What the solver itself started (mpirun's ranks) must not outlive it.
+  // What the solver itself started must not outlive it.
   ::kill(-pid_, SIGKILL);
   pid_ = -1;
 }

@@ -63,6 +63,12 @@ std::vector<std::string> with_ranks(std::vector<std::string> command, int ranks)
   return all;
 }
 
+/// Programs that start others, in process groups of their own, and may leave them behind.
+bool is_launcher(const std::string& program) {
+  const auto name = std::filesystem::path(program).filename().string();
+  return name == "mpirun" || name == "mpiexec" || name == "orterun" || name == "prterun" || name == "srun";
+}
+
 }  // namespace
 
 std::vector<std::string> solver_command(Party party, const Roster& roster, const RunOptions& options) {
@@ -107,6 +113,7 @@ Child::Start SolverStart::child(Party party, const std::string& endpoint, double
   start.party = party;
   start.word = roster_.word(party);
   start.command = solver_command(party, roster_, options_);
+  start.guarded = is_launcher(start.command.front());
   start.environment = {{"OCUBLAST_ENDPOINT", endpoint_for_children(endpoint)},
                        {"OCUBLAST_TOKEN", token_},
                        {"OCUBLAST_KEYS", keys_.string()},
@@ -136,8 +143,10 @@ Child::Start SolverStart::child(Party party, const std::string& endpoint, double
 void SolverStart::announce(const std::vector<Party>& awaited, const std::string& endpoint,
                            double silence_limit) const {
   const auto file = options_.out / "connection.env";
+  auto aside = file;  // who waits for it never sees a part
+  aside += ".part";
   const mode_t before = ::umask(077);
-  std::ofstream out(file, std::ios::trunc);
+  std::ofstream out(aside, std::ios::trunc);
   ::umask(before);
   out << "export OCUBLAST_ENDPOINT=" << endpoint << '\n'
       << (keys_.empty() ? "export OCUBLAST_TOKEN=" + token_ : "export OCUBLAST_KEYS=" + keys_.string())
@@ -148,6 +157,7 @@ void SolverStart::announce(const std::vector<Party>& awaited, const std::string&
     out << fmt::format("# and for each solid its own OCUBLAST_NAME: {}\n", fmt::join(roster_.solids(), ", "));
   out.close();
   if (!out) throw LinkError(fmt::format("{}: cannot be written", file.string()));
+  std::filesystem::rename(aside, file);
   std::vector<std::string> words;
   for (const Party party : awaited) words.push_back(roster_.word(party));
   std::printf("coupler: waiting at %s for %s; their environment: %s\n", endpoint.c_str(),

@@ -22,7 +22,7 @@ std::shared_ptr<spdlog::logger> make_logger(const std::string& program,
   }
   auto logger = std::make_shared<spdlog::logger>(program, sinks.begin(), sinks.end());
   logger->set_level(spdlog::level::info);
-  logger->flush_on(spdlog::level::warn);
+  logger->flush_on(spdlog::level::info);
   return logger;
 }
 

@@ -1,8 +1,6 @@
 // Toy flow side: isentropic gas column on a Lagrangian staggered grid, centred in space, RK4 in
 // time: d x_i/dt = u_i, m_i d u_i/dt = p_{i-1/2} - p_{i+1/2}, p = p0 (V0 / V)^gamma. The last node
 // is the wall and follows the path between the wall states the coupler sends. Second order.
-#include <sys/prctl.h>
-
 #include "coupler_toy.hpp"
 
 namespace {
@@ -183,10 +181,10 @@ int run(const ocublast::CommandLine& line) {
   reader.finish();
   if (line.check_only) return 0;
   if (const char* rank = std::getenv("OMPI_COMM_WORLD_RANK"); rank != nullptr && std::string(rank) != "0") {
-    // A rank that computes its part for ever: rank 0 alone speaks. It ends with its mpirun, as a rank
-    // that has started MPI does.
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    std::this_thread::sleep_for(std::chrono::milliseconds(keys.fault.kind == "rank" ? 500 : 3'600'000));
+    // A rank that computes its part for ever: rank 0 alone speaks, and sees the coupler go. Nobody but
+    // who launched it can end it.
+    if (keys.fault.kind != "rank") keys.fault.hang("rank");
+    toy::Fault::await_go();
     ::kill(::getpid(), SIGKILL);
   }
   const std::uint64_t hash = reader.hash() + (keys.fault.kind == "case_hash" ? 1 : 0);

@@ -32,6 +32,9 @@ cfl = 0.4
 stable_step_s = 0.005
 """
 
+# Longest wait for something that will come, s. Not a limit that a test holds the coupler to: a busy machine takes its time.
+PATIENCE = 120.0
+
 FLOW = os.path.join(BIN, "coupler_gas_column")
 SOLID = os.path.join(BIN, "coupler_spring")
 
@@ -40,7 +43,7 @@ class Ended:
     """How a coupler ended: exit code, what it printed, seconds it took."""
 
     def __init__(self, process, begin):
-        self.text = process.communicate(timeout=60)[0]
+        self.text = process.communicate(timeout=PATIENCE)[0]
         self.code = process.returncode
         self.seconds = time.monotonic() - begin
 
@@ -96,17 +99,31 @@ class CouplerTest(unittest.TestCase):
         """coupling.csv without the column measured with a clock."""
         return [line.rsplit(",", 1)[0] for line in self.read(out, "coupling.csv").splitlines()[1:]]
 
-    def wait_for(self, *names, seconds=10.0):
-        deadline = time.monotonic() + seconds
+    def wait_for(self, *names):
+        """Waits until a file is there."""
+        deadline = time.monotonic() + PATIENCE
         while not os.path.exists(self.path(*names)):
             self.assertLess(time.monotonic(), deadline, f"{names} did not appear")
             time.sleep(0.01)
         return self.path(*names)
 
+    def wait_for_line(self, *names, text=""):
+        """Waits until a file holds a whole line with this text; the line."""
+        deadline = time.monotonic() + PATIENCE
+        while True:
+            found = [line for line in self.read(*names).split("\n")[:-1] if text in line] if os.path.exists(self.path(*names)) else []
+            if found:
+                return found[0]
+            self.assertLess(time.monotonic(), deadline, f"{names}: no '{text}'")
+            time.sleep(0.01)
+
+    def let_go(self, name="go"):
+        """Lets a toy go on that waits for this file (OCU_TOY_GO)."""
+        open(self.path(name), "w", encoding="ascii").close()
+
     def connection(self, out="out"):
         """Environment that a waiting coupler wants its solvers to have."""
-        self.wait_for(out, "connection.env")
-        time.sleep(0.1)
+        self.wait_for(out, "connection.env")  # comes whole
         lines = self.read(out, "connection.env").splitlines()
         return dict(line.removeprefix("export ").split("=", 1) for line in lines if "=" in line)
 
@@ -118,9 +135,12 @@ class CouplerTest(unittest.TestCase):
 
 
 def children_of(pid):
-    """Processes started by pid."""
-    with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
-        return [int(x) for x in file.read().split()]
+    """Processes started by pid; none where it is gone."""
+    try:
+        with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
+            return [int(x) for x in file.read().split()]
+    except OSError:
+        return []
 
 
 def alive(pid):

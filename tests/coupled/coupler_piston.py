@@ -3,10 +3,9 @@
 import math
 import os
 import shutil
-import time
 import unittest
 
-from coupler_harness import FLOW, SOLID, CouplerTest
+from coupler_harness import FLOW, PATIENCE, SOLID, CouplerTest
 
 
 def order(errors):
@@ -179,11 +178,11 @@ class Ways(CouplerTest):
             process = self.start("--await")
             connection = self.connection()
             sides = [self.start_participant(first, connection)]
-            time.sleep(0.2)
+            self.wait_for_line("out", "log", "coupler.log", text=" is ")
             sides.append(self.start_participant(second, connection))
-            text = process.communicate(timeout=30)[0]
+            text = process.communicate(timeout=PATIENCE)[0]
             self.assertEqual(process.returncode, 0, text)
-            self.assertEqual([s.wait(timeout=5) for s in sides], [0, 0])
+            self.assertEqual([s.wait(timeout=PATIENCE) for s in sides], [0, 0])
 
     def test_check_shows_all_faults_together(self):
         ended = self.tool("check", self.case, "--flow", FLOW, "--solid", SOLID)

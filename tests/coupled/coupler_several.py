@@ -8,7 +8,7 @@ import unittest
 
 import numpy as np
 
-from coupler_harness import BIN, CouplerTest, children_of
+from coupler_harness import BIN, PATIENCE, CouplerTest, children_of
 
 from ocublast_link import Participant
 
@@ -151,9 +151,9 @@ class Several(CouplerTest):
             load = np.concatenate([np.full(n[0], 1e5), np.zeros(n[1])])
             flow.send(overpressure=load, balance=np.zeros((2, 4)), stable_step=1e-5, steps_taken=1, impedance=400.0)
         flow.goodbye()
-        text = process.communicate(timeout=30)[0]
+        text = process.communicate(timeout=PATIENCE)[0]
         self.assertEqual(process.returncode, 0, text + "".join(s.communicate()[0] for s in solids))
-        self.assertEqual([s.wait(timeout=10) for s in solids], [0, 0])
+        self.assertEqual([s.wait(timeout=PATIENCE) for s in solids], [0, 0])
         left, right = self.table("two", "coupling_left.csv"), self.table("two", "coupling_right.csv")
         self.assertEqual(len(left), 20)
         self.assertGreater(sum(abs(row["work_solid_J"]) for row in left), 0.0)
@@ -200,7 +200,7 @@ class Several(CouplerTest):
             with open(f"/proc/{child}/cmdline", encoding="ascii") as file:
                 if "right" in file.read().split("\0"):
                     os.kill(child, 9)
-        text = process.communicate(timeout=20)[0]
+        text = process.communicate(timeout=PATIENCE)[0]
         self.assertEqual(process.returncode, 3, text)
         self.assertRegex(text, r"solid 'right' \(solid_solver .*killed by signal 9.*right.log")
 

@@ -75,12 +75,28 @@ struct Fault {
   }
   [[nodiscard]] bool is(const char* what, std::uint64_t w) const { return kind == what && now(w); }
 
+  /// Says where it hangs, so that a test need not guess when it does.
+  [[noreturn]] void hang(const std::string& where) const {
+    std::printf("hangs in %s\n", where.c_str());
+    std::fflush(stdout);
+    while (true) std::this_thread::sleep_for(std::chrono::hours(1));
+  }
+  /// Waits for the file that the environment variable OCU_TOY_GO names; puts one with ".here" beside it
+  /// to say that it does.
+  static void await_go() {
+    const char* file = std::getenv("OCU_TOY_GO");
+    if (file == nullptr) throw ocublast::CaseError("this fault needs OCU_TOY_GO");
+    std::ofstream(std::string(file) + ".here").close();
+    while (!std::filesystem::exists(file)) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+
   /// Faults that do not depend on what is computed.
   void happen(std::uint64_t w) const {
     if (is("kill", w)) ::kill(::getpid(), SIGKILL);
     if (is("stop", w)) ::kill(::getpid(), SIGSTOP);
     if (is("exit", w)) std::_Exit(4);
-    if (is("hang", w)) std::this_thread::sleep_for(std::chrono::hours(1));
+    if (is("hang", w)) hang("window " + std::to_string(w));
+    if (is("hold", w)) await_go();
     if (is("late", w)) std::this_thread::sleep_for(std::chrono::milliseconds(300));
     if (is("interrupt", w)) ::kill(::getppid(), SIGINT);  // as Ctrl-C at the coupler that started this toy
     if (is("abort", w)) throw ocublast::NumericsError("negative density in cell 7");
@@ -88,7 +104,7 @@ struct Fault {
   /// Dies, freezes or hangs at the first occasion of this name: "start" (before HELLO), "hello" (before
   /// the mesh), "ready" (before READY), "iteration" (the second of a window), "checkpoint", "farewell".
   void happen_in(const std::string& state) const {
-    if (kind == "hang-" + state) std::this_thread::sleep_for(std::chrono::hours(1));
+    if (kind == "hang-" + state) hang(state);
     if (kind == "kill-" + state) ::kill(::getpid(), SIGKILL);
     if (kind == "stop-" + state) ::kill(::getpid(), SIGSTOP);
     if (kind == "exit-" + state) std::_Exit(4);

@@ -9,7 +9,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "coupled"))
 
-from coupler_harness import CouplerTest, alive, children_of
+from coupler_harness import PATIENCE, CouplerTest, alive, children_of
 
 SLACK = float(os.environ.get("OCU_TEST_SLACK_S", "5"))
 SILENCE, START = 0.5, 1.5  # s: limits of these runs
@@ -51,7 +51,7 @@ class Matrix(CouplerTest):
                             started.update(children_of(process.pid) if alive(process.pid) else [])
                             time.sleep(0.02)
                         seconds = time.monotonic() - self.begin
-                        text = process.communicate(timeout=20)[0]
+                        text = process.communicate(timeout=PATIENCE)[0]
                         self.assertEqual(process.returncode, code, text)
                         lines = [line for line in text.splitlines() if " failed " in line]
                         self.assertTrue(lines, text)
@@ -84,10 +84,7 @@ class Matrix(CouplerTest):
                     # The flow hangs in the state, so that the coupler is hit there.
                     kind = "hang@20" if state == "window" else f"hang-{state}@0"
                     process = self.start(*self.settings(*more), out=out, env={"OCU_TOY_FAULT_FLOW": kind})
-                    deadline = time.monotonic() + 5.0 + SLACK
-                    while len(children_of(process.pid)) < 2 and time.monotonic() < deadline:
-                        time.sleep(0.01)
-                    time.sleep(0.6)
+                    self.wait_for_line(out, "log", "flow.log", text="hangs in")
                     solvers = children_of(process.pid)
                     self.assertTrue(solvers, self.read(out, "log", "coupler.log"))
                     process.send_signal(number)
@@ -99,7 +96,7 @@ class Matrix(CouplerTest):
                         self.assertLess(time.monotonic() - begin, limit + SLACK, f"{state}: a solver outlived its coupler")
                         time.sleep(0.02)
                     process.kill()
-                    process.communicate(timeout=20)
+                    process.communicate(timeout=PATIENCE)
 
     @staticmethod
     def of(pids, program):

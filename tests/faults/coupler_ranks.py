@@ -10,7 +10,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "coupled"))
 
-from coupler_harness import BIN, CouplerTest, alive
+from coupler_harness import BIN, PATIENCE, CouplerTest, alive
 from coupler_solvers import CASE as SOLVERS_CASE, make_mesh
 
 SLACK = float(os.environ.get("OCU_TEST_SLACK_S", "5"))
@@ -35,7 +35,7 @@ def variable_of(pid, name):
 @unittest.skipIf(shutil.which("mpirun") is None, "no mpirun here")
 class Ranks(CouplerTest):
     def running(self, n):
-        deadline = time.monotonic() + 20.0
+        deadline = time.monotonic() + PATIENCE
         while len(found := self.ranks()) < n:
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.02)
@@ -53,10 +53,13 @@ class Ranks(CouplerTest):
         self.assertFalse([p for p in pids if alive(p)])
 
     def test_a_rank_that_dies_ends_everything(self):
+        # Rank 1 dies when it is told to: both ranks have been seen, and windows are under way.
         process = self.start("--ranks-flow", "2", "--set", "flow.fault=rank", "--set", "time.end_s=4000.0",
-                             "--set", "coupling.record=false")
+                             "--set", "coupling.record=false", env={"OCU_TOY_GO": self.path("die")})
         pids = self.running(2)
-        text = process.communicate(timeout=30)[0]
+        self.wait_for("out", "coupling.csv")
+        self.let_go("die")
+        text = process.communicate(timeout=PATIENCE)[0]
         self.assertEqual(process.returncode, 3, text)
         self.assertRegex(text, r"flow \(gas_column 1\) failed in window \d+")
         self.assertIn("flow.log", text)
@@ -67,8 +70,57 @@ class Ranks(CouplerTest):
         pids = self.running(3)
         self.wait_for("out", "coupling.csv")
         process.kill()
-        process.communicate(timeout=30)
+        process.communicate(timeout=PATIENCE)
         self.assert_all_gone(pids)
+
+    def launcher_of(self, pids):
+        """The mpirun whose ranks these are."""
+        with open(f"/proc/{pids[0]}/stat", encoding="ascii") as file:
+            return int(file.read().rsplit(")", 1)[1].split()[1])
+
+    def test_ranks_do_not_outlive_the_coupler_when_mpirun_hangs(self):
+        # Only rank 0 sees the coupler die. A frozen mpirun stands for one that hangs: nobody but the guard is left.
+        process = self.start("--ranks-flow", "3", "--set", "time.end_s=4000.0", "--set", "coupling.record=false")
+        pids = self.running(3)
+        self.wait_for("out", "coupling.csv")
+        pids.append(self.launcher_of(pids))
+        os.kill(pids[-1], signal.SIGSTOP)
+        process.kill()
+        process.communicate(timeout=PATIENCE)
+        self.assert_all_gone(pids)
+
+    def test_ranks_do_not_outlive_a_run_that_fails_when_mpirun_hangs(self):
+        process = self.start("--ranks-flow", "3", "--set", "time.end_s=4000.0", "--set", "coupling.record=false",
+                             env={"OCU_TOY_FAULT_SOLID": "hold@50", "OCU_TOY_GO": self.path("go")})
+        pids = self.running(3)
+        pids.append(self.launcher_of(pids))
+        self.wait_for("go.here")
+        os.kill(pids[-1], signal.SIGSTOP)
+        os.kill(ranks_of("coupler_spring", self.case)[0], signal.SIGKILL)
+        text = process.communicate(timeout=PATIENCE)[0]
+        self.assertEqual(process.returncode, 3, text)
+        self.assertIn("solid (spring 1) failed in window 50", text)
+        self.assert_all_gone(pids)
+
+    def test_what_a_launcher_leaves_behind_ends_with_the_run(self):
+        # A launcher that ends at once, like a daemon: its program works on in a session of its own, deaf to SIGTERM.
+        launcher = self.path("mpirun")
+        with open(launcher, "w", encoding="utf-8") as file:
+            file.write(f"#!/bin/sh\ntrap '' TERM\nsetsid sh -c 'trap \"\" TERM; echo $$ > {self.path('left')}; sleep 4000' &\n"
+                       "\"$@\" & wait $!\n")
+        os.chmod(launcher, 0o755)
+        for end in ("4000.0", "1.0"):
+            with self.subTest(end=end):
+                process = self.start("--flow", f"{launcher} {os.path.join(BIN, 'coupler_gas_column')}", "--set", f"time.end_s={end}",
+                                     "--set", "coupling.record=false", out="out" + end)
+                self.wait_for("out" + end, "coupling.csv")
+                left = int(self.wait_for_line("left"))
+                if end == "4000.0":
+                    process.kill()
+                text = process.communicate(timeout=PATIENCE)[0]
+                self.assertEqual(process.returncode, -9 if end == "4000.0" else 0, text)
+                self.assert_all_gone([left])
+                os.remove(self.path("left"))
 
     def test_a_killed_rank_of_our_solid_ends_all_with_one_sentence(self):
         make_mesh(self.path("mesh"), SOLVERS_CASE)
@@ -80,13 +132,12 @@ class Ranks(CouplerTest):
                                  os.path.join(BIN, "solid_solver"), "--threads-flow", "1", "--threads-solid", "1",
                                  "--ranks-solid", "2", "--set", "time.end_s=1.0", "--set", "coupling.record=false", out=out)
             pids = self.running(2)
-            self.wait_for(out, "coupling.csv", seconds=30.0)
-            time.sleep(0.5)
+            self.wait_for(out, "coupling.csv")
             begin = time.monotonic()
             for pid in pids:
                 if variable_of(pid, "OMPI_COMM_WORLD_RANK") == rank:
                     os.kill(pid, signal.SIGKILL)
-            text = process.communicate(timeout=30)[0]
+            text = process.communicate(timeout=PATIENCE)[0]
             self.assertEqual(process.returncode, 3, text)
             self.assertRegex(text, r"solid \(solid_solver .*\) failed in window \d+ .*solid\.log")
             self.assertLess(time.monotonic() - begin, 2.0 + SLACK)  # mpirun ends its ranks within 1 s

@@ -12,7 +12,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "coupled"))
 
-from coupler_harness import CouplerTest, alive, children_of
+from coupler_harness import PATIENCE, CouplerTest, alive, children_of
 
 RUNS = int(os.environ.get("OCU_SOAK_RUNS", "12"))
 SLACK = float(os.environ.get("OCU_TEST_SLACK_S", "5"))
@@ -52,7 +52,7 @@ class Soak(CouplerTest):
             if kind == "coupler-stop":  # its solvers end by themselves; then it must still end in order
                 time.sleep(1.0)
                 process.send_signal(signal.SIGCONT)
-        text = process.communicate(timeout=30)[0]
+        text = process.communicate(timeout=PATIENCE)[0]
         deadline = time.monotonic() + 2.0 + SLACK
         while any(alive(p) for p in solvers):
             self.assertLess(time.monotonic(), deadline, f"{kind}: a solver outlived its coupler")

@@ -13,7 +13,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "coupled"))
 
-from coupler_harness import BIN, FLOW, SOLID, CouplerTest, Ended
+from coupler_harness import BIN, FLOW, PATIENCE, SOLID, CouplerTest, Ended
 from coupler_solvers import CASE as SOLVERS_CASE, make_mesh
 
 SLACK = float(os.environ.get("OCU_TEST_SLACK_S", "5"))
@@ -41,22 +41,20 @@ class FullDisk(CouplerTest):
         every = ("--set", "coupling.record=false", "--set", "coupling.checkpoint_every_windows=100")
         whole = self.run_coupler(*every, out="whole")
         self.assertEqual(whole.code, 0, whole.text)
-        process = self.start(*every, "--set", "coupling.window=lockstep", "--set", "time.end_s=40.0", out="small/out")
-        deadline = time.monotonic() + 20.0
-        kept = self.path("small/out", "checkpoint")
-        while not (os.path.isdir(kept) and any(not n.endswith(".part") for n in os.listdir(kept))):
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.005)
+        process = self.start(*every, out="small/out", env={"OCU_TOY_FAULT_SOLID": "hold@150", "OCU_TOY_GO": self.path("go")})
+        self.wait_for("go.here")  # the checkpoint of window 100 is there, that of window 200 is to come
+        self.assertIn("00000100", os.listdir(self.path("small/out", "checkpoint")))
         with contextlib.suppress(OSError), open(self.path("small", "filler"), "wb", buffering=0) as file:
             for _ in range(64):  # now the disk fills up
                 file.write(bytes(8192))
+        self.let_go()
         ended = Ended(process, self.begin)
         self.assertEqual(ended.code, 3, ended.text)
         self.assertRegex(ended.text, "cannot be written|could not be written")
         os.remove(self.path("small", "filler"))
-        resumed = self.run_coupler(*every, "--set", "coupling.window=lockstep", "--set", "time.end_s=40.0", "--resume",
-                                   self.path("small/out"), out="resumed")
+        resumed = self.run_coupler(*every, "--resume", self.path("small/out"), out="resumed")
         self.assertEqual(resumed.code, 0, resumed.text)
+        self.assertEqual(self.rows("resumed"), self.rows("whole")[100:])
 
 
 class Network(CouplerTest):
@@ -112,6 +110,10 @@ class Network(CouplerTest):
             sides.append(self.launch(side, [program, self.case, *arguments, *own, *out], here))
         return coupler, sides
 
+    def hold_at(self, window):
+        """Environment in which the toy solid waits in a window until the test lets it go."""
+        return {"OCU_TOY_FAULT_SOLID": f"hold@{window}", "OCU_TOY_GO": self.path("go")}
+
     def cut(self, down):
         self.assertEqual(command("ip", "-n", self.ns["c"], "link", "set", self.link, "down" if down else "up").returncode, 0)
 
@@ -119,9 +121,9 @@ class Network(CouplerTest):
         one = self.run_coupler(out="one")
         self.assertEqual(one.code, 0, one.text)
         coupler, sides = self.start_all()
-        text = coupler.communicate(timeout=60)[0]
+        text = coupler.communicate(timeout=PATIENCE)[0]
         self.assertEqual(coupler.returncode, 0, text)
-        self.assertEqual([s.wait(timeout=5) for s in sides], [0, 0])
+        self.assertEqual([s.wait(timeout=PATIENCE) for s in sides], [0, 0])
         self.assertEqual(self.rows("out"), self.rows("one"))
 
     def test_our_solvers_on_three_hosts_give_the_same_results_as_on_one(self):
@@ -133,9 +135,9 @@ class Network(CouplerTest):
                                "--threads-solid", "1", out="one")
         self.assertEqual(one.code, 0, one.text)
         coupler, sides = self.start_all(*shared, programs=programs, own=("--threads", "1", "--quiet"))
-        text = coupler.communicate(timeout=60)[0]
+        text = coupler.communicate(timeout=PATIENCE)[0]
         self.assertEqual(coupler.returncode, 0, text)
-        self.assertEqual([s.wait(timeout=20) for s in sides], [0, 0])
+        self.assertEqual([s.wait(timeout=PATIENCE) for s in sides], [0, 0])
         self.assertGreater(len(self.rows("one")), 5)
         self.assertEqual(self.rows("out"), self.rows("one"))
 
@@ -145,14 +147,13 @@ class Network(CouplerTest):
         longer = ("--mesh-dir", self.path("mesh"), "--set", "time.end_s=1.0", "--set", "coupling.silence_limit_s=1.0")
         coupler, sides = self.start_all(*longer, own=("--threads", "1", "--quiet"),
                                         programs=[os.path.join(BIN, name) for name in ("solid_solver", "flow_solver")])
-        self.wait_for("out", "coupling.csv", seconds=30.0)
-        time.sleep(0.5)
+        self.wait_for("out", "coupling.csv")
         begin = time.monotonic()
         self.cut(True)
-        text = coupler.communicate(timeout=30)[0]
+        text = coupler.communicate(timeout=PATIENCE)[0]
         self.assertEqual(coupler.returncode, 3, text)
         self.assertRegex(text, r"solid \(solid_solver .*\) failed in window \d+ .*no heartbeat in time")
-        self.assertEqual([s.wait(timeout=10) for s in sides], [3, 3])
+        self.assertEqual([s.wait(timeout=PATIENCE) for s in sides], [3, 3])
         self.assertLess(time.monotonic() - begin, 1.0 + 2.0 + SLACK)
 
     def test_hosts_of_the_case_say_who_is_started_elsewhere_and_from_where(self):
@@ -167,9 +168,9 @@ class Network(CouplerTest):
                                         endpoint, "--keys", self.path("keys"), "--flow", FLOW, *more])
             self.wait_for(out, "connection.env")
             solid = self.launch("s", [SOLID, self.case, *more], {"OCUBLAST_ENDPOINT": endpoint, "OCUBLAST_KEYS": self.path("keys")})
-            text = coupler.communicate(timeout=60)[0]
+            text = coupler.communicate(timeout=PATIENCE)[0]
             self.assertEqual(coupler.returncode, code, text)
-            said = solid.communicate(timeout=10)[0]
+            said = solid.communicate(timeout=PATIENCE)[0]
             self.assertEqual(solid.returncode, code, said)
             if code == 0:
                 self.assertEqual(self.rows(out), self.rows("one"))
@@ -180,27 +181,28 @@ class Network(CouplerTest):
         slow = ("--set", "coupling.silence_limit_s=20.0", "--set", "time.end_s=40.0")
         one = self.run_coupler(*slow, out="one")
         self.assertEqual(one.code, 0, one.text)
-        coupler, sides = self.start_all(*slow, env={"OCU_TOY_FAULT_SOLID": "late@100"})
-        self.wait_for("out", "coupling.csv")
-        time.sleep(0.2)
+        coupler, sides = self.start_all(*slow, env=self.hold_at(100))
+        self.wait_for("go.here")
         self.cut(True)
+        self.let_go()  # the answer of this window goes out on a link that is down
         time.sleep(0.4)
+        self.assertIsNone(coupler.poll())
         self.cut(False)
-        text = coupler.communicate(timeout=60)[0]
+        text = coupler.communicate(timeout=PATIENCE)[0]
         self.assertEqual(coupler.returncode, 0, text + "".join(s.communicate()[0] for s in sides))
-        self.assertEqual([s.wait(timeout=5) for s in sides], [0, 0])
+        self.assertEqual([s.wait(timeout=PATIENCE) for s in sides], [0, 0])
         self.assertEqual(self.rows("out"), self.rows("one"))
 
     def test_cut_link_that_stays_cut_ends_all_within_the_limit(self):
-        coupler, sides = self.start_all("--set", "coupling.silence_limit_s=1.0", "--set", "time.end_s=400.0")
-        self.wait_for("out", "coupling.csv")
-        time.sleep(0.3)
+        coupler, sides = self.start_all("--set", "coupling.silence_limit_s=1.0", env=self.hold_at(100))
+        self.wait_for("go.here")
         begin = time.monotonic()
         self.cut(True)
-        text = coupler.communicate(timeout=30)[0]
+        self.let_go()
+        text = coupler.communicate(timeout=PATIENCE)[0]
         self.assertEqual(coupler.returncode, 3, text)
-        self.assertRegex(text, r"solid \(spring 1\) failed in window \d+ .*no heartbeat in time")
-        self.assertEqual([s.wait(timeout=10) for s in sides], [3, 3])
+        self.assertRegex(text, r"solid \(spring 1\) failed in window 100 .*no heartbeat in time")
+        self.assertEqual([s.wait(timeout=PATIENCE) for s in sides], [3, 3])
         self.assertLess(time.monotonic() - begin, 1.0 + 2.0 + SLACK)
 
     def test_key_of_another_run_is_refused(self):
@@ -214,9 +216,9 @@ class Network(CouplerTest):
         self.wait_for("out", "connection.env")
         late = self.launch("s", [SOLID, self.case], {"OCUBLAST_ENDPOINT": f"tcp://{self.ADDRESS}:46802",
                                                      "OCUBLAST_KEYS": old, "OCUBLAST_SILENCE_LIMIT_S": "2"})
-        text = late.communicate(timeout=30)[0]
+        text = late.communicate(timeout=PATIENCE)[0]
         self.assertEqual(late.returncode, 3, text)
-        self.assertEqual(coupler.wait(timeout=30), 3)
+        self.assertEqual(coupler.wait(timeout=PATIENCE), 3)
 
 
 class Tools(CouplerTest):
