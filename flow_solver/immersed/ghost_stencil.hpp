@@ -48,6 +48,10 @@ class FluidNodes {
   /// Stencil for the image of a ghost: at min(depth, 3.45 spacings) in front of the foot; where no
   /// fluid node is in reach farther out, then closer, at last the end node itself.
   [[nodiscard]] Stencil image(const Foot& foot, const NodeIndex& end_node) const;
+  /// May a wall at (point, normal) look at a node: is it fluid, in front of the plane (its mirror image in
+  /// a face of the domain too), and reached from node `from` (null: not asked)?
+  [[nodiscard]] bool usable(const NodeIndex& node, const Vec3& point, const Vec3& normal,
+                            const NodeIndex* from) const;
 
   /// Are all nodes of a stencil still fluid? (One that looks at its own end node alone: no.)
   [[nodiscard]] bool holds(const Stencil& stencil) const;
@@ -74,8 +78,6 @@ class FluidNodes {
 
  private:
   [[nodiscard]] bool mirrored(NodeIndex& node) const;
-  [[nodiscard]] bool usable(const NodeIndex& node, const Vec3& point, const Vec3& normal,
-                            const NodeIndex* from) const;
   [[nodiscard]] bool visible(const NodeIndex& from, const NodeIndex& to) const;
   const Grid& grid_;
   const std::vector<std::uint8_t>& tag_;

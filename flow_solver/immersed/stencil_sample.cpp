@@ -3,46 +3,87 @@
 #include <algorithm>
 #include <cmath>
 
-#include "flow_solver/immersed/ghost_stencil.hpp"
+#include "flow_solver/immersed/wall_fit.hpp"
 
 namespace ocublast::flow {
 
+namespace {
+
+/// A node's part in a sample.
+void add(Sample& s, double weight, const GasNodes::Place& node, const Gas& gas) {
+  const auto [at, stride] = node;
+  const double T = at[prim_T * stride];
+  s.T += weight * T;
+  s.p += weight * pressure(gas, at[0], T);
+  for (int a = 0; a < 3; ++a) s.u[a] += weight * at[(prim_u + a) * stride];
+}
+
+double transport_at(const GasNodes::Place& node, bool artificial, const Vec3& velocity, const Vec3& normal,
+                    const Gas& gas) {
+  const auto [at, stride] = node;
+  const double gamma = gas.heat_capacity_ratio;
+  const Vec3 u{{at[prim_u * stride], at[prim_v * stride], at[prim_w * stride]}};
+  const double rho = at[0], u_n = dot(u - velocity, normal);
+  double transport = rho * u_n * u_n;
+  if (artificial) transport += at[artificial_pressure_field * stride];
+  // Pressure of the shock that stops gas of this speed at once, Toro (2009) eq. 4.5 solved for p.
+  const double towards = std::max(-u_n, 0.0), slope = .25 * (gamma + 1.0) * towards;
+  const double c2 = gamma * gas.gas_constant * at[prim_T * stride];
+  const double stopped = rho * towards * (slope + std::sqrt(slope * slope + c2));
+  return std::min(transport, stopped);
+}
+
+/// Calls use(weight, node) for the nodes of a stencil; the others may hold nothing meaningful.
+template <class Use>
+void for_corners(const Stencil& stencil, const GasNodes& W, const Use& use) {
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    if (stencil.weight[corner] == 0.0) continue;
+    use(stencil.weight[corner], W(stencil.base[0] + static_cast<int>(corner & 1U),
+                                  stencil.base[1] + static_cast<int>(corner >> 1 & 1U),
+                                  stencil.base[2] + static_cast<int>(corner >> 2)));
+  }
+}
+
+template <class Use>
+void for_nodes(const WallFit& fit, const GasNodes& W, const Use& use) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(fit.n); ++i) {
+    const WallFit::Node& node = fit.node[i];
+    use(node, W(node.at[0], node.at[1], node.at[2]));
+  }
+}
+
+}  // namespace
+
 Sample sample(const Stencil& stencil, const GasNodes& W, const Gas& gas) noexcept {
   Sample s;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    const double weight = stencil.weight[corner];
-    if (weight == 0.0) continue;  // its node may hold nothing meaningful
-    const auto [at, stride] = W(stencil.base[0] + static_cast<int>(corner & 1U),
-                                stencil.base[1] + static_cast<int>(corner >> 1 & 1U),
-                                stencil.base[2] + static_cast<int>(corner >> 2));
-    const double T = at[prim_T * stride];
-    s.T += weight * T;
-    s.p += weight * pressure(gas, at[0], T);
-    for (int a = 0; a < 3; ++a) s.u[a] += weight * at[(prim_u + a) * stride];
-  }
+  for_corners(stencil, W, [&](double weight, const auto& node) { add(s, weight, node, gas); });
+  return s;
+}
+
+FitSample sample(const WallFit& fit, const GasNodes& W, const Gas& gas) noexcept {
+  FitSample s;
+  for_nodes(fit, W, [&](const WallFit::Node& node, const auto& place) {
+    add(s.gas, node.weight, place, gas);
+    s.distance += node.weight * node.distance;
+  });
   return s;
 }
 
 double momentum_transport(const Stencil& stencil, const GasNodes& W, const Vec3& velocity,
                           const Vec3& normal, const Gas& gas) noexcept {
-  const double gamma = gas.heat_capacity_ratio;
   double sum = 0.0;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    const double weight = stencil.weight[corner];
-    if (weight == 0.0) continue;  // its node may hold nothing meaningful
-    const auto [at, stride] = W(stencil.base[0] + static_cast<int>(corner & 1U),
-                                stencil.base[1] + static_cast<int>(corner >> 1 & 1U),
-                                stencil.base[2] + static_cast<int>(corner >> 2));
-    const Vec3 u{{at[prim_u * stride], at[prim_v * stride], at[prim_w * stride]}};
-    const double rho = at[0], u_n = dot(u - velocity, normal);
-    double transport = rho * u_n * u_n;
-    if (W.W.artificial_pressure) transport += at[artificial_pressure_field * stride];
-    // Pressure of the shock that stops gas of this speed at once, Toro (2009) eq. 4.5 solved for p.
-    const double towards = std::max(-u_n, 0.0), slope = .25 * (gamma + 1.0) * towards;
-    const double c2 = gamma * gas.gas_constant * at[prim_T * stride];
-    const double stopped = rho * towards * (slope + std::sqrt(slope * slope + c2));
-    sum += weight * std::min(transport, stopped);
-  }
+  for_corners(stencil, W, [&](double weight, const auto& node) {
+    sum += weight * transport_at(node, W.W.artificial_pressure, velocity, normal, gas);
+  });
+  return sum;
+}
+
+double momentum_transport(const WallFit& fit, const GasNodes& W, const Vec3& velocity, const Vec3& normal,
+                          const Gas& gas) noexcept {
+  double sum = 0.0;
+  for_nodes(fit, W, [&](const WallFit::Node& node, const auto& place) {
+    sum += node.weight * transport_at(place, W.W.artificial_pressure, velocity, normal, gas);
+  });
   return sum;
 }
 

@@ -6,12 +6,14 @@
 #include <cmath>
 #include <type_traits>
 
+#include "flow_solver/immersed/wall_fit.hpp"
+
 namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Least share of usable weight in an interpolation, as for the ghosts.
 constexpr double least_share = 0.05;
-/// Steps of the probe along the normal where no corner around the point is usable, in spacings.
+/// Steps of the probe along the normal where no node around the point is usable, in spacings.
 constexpr double probe_step = 0.5;
 constexpr int most_probe_steps = 6;
 /// Nodes searched around a point without gas in front: 6 each way.
@@ -25,20 +27,19 @@ struct Wall {
   WallState state;
 };
 
-/// Weighted mean of the pressure at the wall and the impedance.
+/// Pressure at the wall and what else a load needs of the gas there.
 struct Reading {
   double p = 0.0;
   double impedance = 0.0;
   double added_mass = 0.0;
-  double weight = 0.0;
+  bool found = false;
   /// `transport`: momentum beside the pressure that goes through the place of the sample, Pa.
-  void add(double w, const Sample& s, double transport, double distance, const Wall& wall,
-           const Gas& gas) {
-    p += w * (pressure_towards_wall(wall.foot, s, wall.state, distance, gas) + transport);
+  void take(const Sample& s, double transport, double distance, const Wall& wall, const Gas& gas) {
+    p = pressure_towards_wall(wall.foot, s, wall.state, distance, gas) + transport;
     const double rho = density(gas, s.p, s.T);
-    impedance += w * rho * sound_speed(gas, s.T);
-    added_mass += w * rho * distance;
-    weight += w;
+    impedance = rho * sound_speed(gas, s.T);
+    added_mass = rho * distance;
+    found = true;
   }
 };
 
@@ -51,74 +52,39 @@ class Reader {
     const Vec3& point = wall.foot.point;
     const Vec3& normal = wall.foot.normal;
     Reading reading = around(wall);
-    if (reading.weight >= least_share) return reading;
+    if (reading.found) return reading;
     const double h = nodes_.spacing(normal, inside(nodes_.cell(point)));
     for (int n = 1; n <= most_probe_steps; ++n) {
       Stencil s;
       const Vec3 probe = point + n * probe_step * h * normal;
       if (nodes_.weigh(probe, point, normal, nullptr, least_share, s) < least_share) continue;
-      reading = {};
-      add(1.0, s, s.distance, wall, reading);
+      take(s, s.distance, wall, reading);
       return reading;
     }
     return nearest(wall);
   }
 
  private:
-  void add(double w, const Stencil& stencil, double distance, const Wall& wall,
-           Reading& reading) const {
-    reading.add(w, sample(stencil, W_, gas_),
-                momentum_transport(stencil, W_, wall.state.velocity, wall.foot.normal, gas_),
-                distance, wall, gas_);
+  void take(const Stencil& stencil, double distance, const Wall& wall, Reading& reading) const {
+    reading.take(sample(stencil, W_, gas_),
+                 momentum_transport(stencil, W_, wall.state.velocity, wall.foot.normal, gas_), distance,
+                 wall, gas_);
   }
 
-  /// Corners of the cell around the point, those behind the wall at their mirror images.
+  /// Linear along the wall, each node's value taken to it.
   [[nodiscard]] Reading around(const Wall& wall) const {
     const Vec3& point = wall.foot.point;
     const Vec3& normal = wall.foot.normal;
-    Reading reading;
-    Stencil front;
     NodeIndex nearest_node{};
     const NodeIndex* from =
         nodes_.narrow_gaps() && nodes_.nearest_in_front(point, point, normal, nearest_node)
             ? &nearest_node
             : nullptr;
-    const double share = nodes_.weigh(point, point, normal, from, 0.0, front);
-    if (share > 0.0) {
-      add(share, front, front.distance, wall, reading);
-    }
-    const NodeIndex base = nodes_.cell(point);
-    for (unsigned corner = 0; corner < 8; ++corner) {
-      NodeIndex node = base;
-      double weight = 1.0;
-      for (std::size_t a = 0; a < 3; ++a) {
-        const Axis& axis = nodes_.grid().axis[a];
-        const bool high = (corner >> a & 1U) != 0;
-        if (!axis.present) {
-          weight *= high ? 0.0 : 1.0;
-          continue;
-        }
-        const double low = axis.x(base[a]);
-        const double upper = std::clamp((point.c[a] - low) / (axis.x(base[a] + 1) - low), 0.0, 1.0);
-        weight *= high ? upper : 1.0 - upper;
-        node[a] += high ? 1 : 0;
-      }
-      if (weight <= 0.0) continue;
-      const Vec3 x = nodes_.place(node);
-      const double distance = dot(x - point, normal);
-      if (distance >= 0.0) continue;
-      Stencil image;
-      if (nodes_.weigh(x - 2.0 * distance * normal, point, normal, from, least_share, image) <
-          least_share) {
-        continue;
-      }
-      add(weight, image, image.distance, wall, reading);
-    }
-    if (reading.weight > 0.0) {
-      reading.p /= reading.weight;
-      reading.impedance /= reading.weight;
-      reading.added_mass /= reading.weight;
-    }
+    const WallFit fit = fit_at_wall(nodes_, point, normal, from);
+    Reading reading;
+    if (fit.n == 0) return reading;
+    const auto [mean, distance] = sample(fit, W_, gas_);
+    reading.take(mean, momentum_transport(fit, W_, wall.state.velocity, normal, gas_), distance, wall, gas_);
     return reading;
   }
 
@@ -158,7 +124,7 @@ class Reader {
     if (best2[taken] == HUGE_VAL) return reading;
     Stencil s{.base = best[taken]};
     s.weight[0] = 1.0;
-    add(1.0, s, 0.0, wall, reading);
+    take(s, 0.0, wall, reading);
     return reading;
   }
 
@@ -364,7 +330,7 @@ std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double
       wall.state.acceleration = dot(at_foot(s, wall.foot, s.acceleration), normal);
     }
     const Reading found = reader.at(wall);
-    if (found.weight <= 0.0) {
+    if (!found.found) {
       reading.exposed = 0.0;  // no gas within reach at all
       continue;
     }

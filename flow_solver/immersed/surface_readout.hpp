@@ -30,9 +30,9 @@ struct ReadOut {
 };
 enum class ReadShear { no, yes };
 
-/// Overpressure on all facets of body b: multilinear at the middle of the exposed part, corners
-/// behind the wall taken at their mirror images, each corrected to the wall with the slope of the
-/// ghosts' pressure.
+/// Overpressure on all facets of body b at the middle of the exposed part: linear along the wall through
+/// the nodes in front of it (fit_at_wall), each corrected to the wall with the slope of the ghosts'
+/// pressure.
 /// Shear and heat flux from the parabola through the wall and two points one and two spacings away.
 /// A facet counts as covered where another body lies on it, where it lies outside the grid, and
 /// where its normal has no part in a present direction.
