@@ -24,7 +24,7 @@ SharedValues SharedValues::from(std::vector<double> values) {
 
 namespace {
 
-constexpr std::string_view magic = "OCUSTAT3";
+constexpr std::string_view magic = "OCUSTAT4";
 
 /// The numbers of a state as they lie in the file.
 struct Fixed {
@@ -36,13 +36,13 @@ struct Fixed {
   TimeWindow ahead;
   std::uint64_t ahead_idle, ahead_steps;
   double ahead_work, ahead_impulse[3], ahead_impedance, ahead_stable_step;
-  std::array<std::uint64_t, 8> lengths;  ///< of the arrays that follow, in the order of arrays_of
+  std::array<std::uint64_t, 9> lengths;  ///< of the arrays that follow, in the order of arrays_of
 };
 static_assert(std::is_trivially_copyable_v<Fixed>);
 
-/// The arrays of a state in the order of the file; the last one only where the flow is ahead.
-std::array<SharedValues*, 8> arrays_of(CouplingState& s, FlowAhead& ahead) {
-  return {&s.position, &s.velocity, &s.velocity_before, &s.acceleration, &s.load, &s.wall, &ahead.load, &ahead.balance};
+/// The arrays of a state in the order of the file; the last two only where the flow is ahead.
+std::array<SharedValues*, 9> arrays_of(CouplingState& s, FlowAhead& ahead) {
+  return {&s.position, &s.velocity, &s.velocity_before, &s.acceleration, &s.load, &s.wall, &s.path_end, &ahead.load, &ahead.balance};
 }
 
 Fixed to_fixed(const CouplingState& s, std::uint64_t case_hash, std::uint64_t mesh_hash) {

@@ -54,6 +54,7 @@ struct CouplingState {
   SharedValues acceleration;       ///< [n,3] m/s^2, where the solid was asked for it
   SharedValues load;               ///< [n] Pa at the end of the window (parallel implicit coupling)
   SharedValues wall;               ///< [n,3] m, where the flow was last told its wall is (mapped meshes)
+  SharedValues path_end;           ///< [6 n] m, m/s: the wall as sent last, in windows below the flow's step
   std::optional<FlowAhead> ahead;
 
   /// Where the flow stands: the window ahead, or the one both have finished.

@@ -38,6 +38,27 @@ void post_predicted(Exchange& exchange, CouplingState& state, const Exchange::As
   state.wall_current = state.solid_at_rest;
 }
 
+void post_on_path(Exchange& exchange, CouplingState& state, const Settings& settings, const Exchange::Ask& ask,
+                  int order) {
+  // Windows that share out what remains of a run are somewhat shorter than a flow step, too.
+  constexpr double short_window = 0.75;
+  const double width = ask.window.width();
+  const bool follows = order >= 1 && settings.wall_path == link::WallPath::cubic && state.acceleration.values.empty() &&
+                       !state.solid_at_rest && width < short_window * state.stable_flow;
+  if (!follows) {
+    state.path_end = {};
+    post_predicted(exchange, state, ask, order);
+    return;
+  }
+  const auto motion = exchange.motion_room();
+  predict_motion(state, ask.window.t_end, order, motion);
+  if (!state.path_end.values.empty())
+    keep_to_path(state.path_end.values, width, width / state.stable_flow, motion);
+  state.path_end = SharedValues::from({motion.begin(), motion.end()});
+  exchange.post_motion(ask);
+  state.wall_current = false;
+}
+
 double load_factor(const Settings& settings, double t) {
   return settings.load_ramp > 0.0 ? std::min(1.0, t / settings.load_ramp) : 1.0;
 }
@@ -101,7 +122,7 @@ class SerialExplicit : public Scheme {
   [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window, int order) override {
     const Exchange::Ask ask{.window = window, .wants_acceleration = settings_.leap_frog,
                             .zero_before = state.zero_loads};
-    post_predicted(exchange_, state, ask, order);
+    post_on_path(exchange_, state, settings_, ask, order);
     const Answer flow = exchange_.collect_flow();
     post_answered_load(exchange_, settings_, state, ask, flow);
     const Answer solid = exchange_.collect_solids(state);

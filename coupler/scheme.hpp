@@ -41,6 +41,11 @@ class Scheme {
 void predict_motion(const CouplingState& state, double t_end, int order, std::span<double> values);
 /// Sends the predicted wall to the flow, or that it rests.
 void post_predicted(Exchange& exchange, CouplingState& state, const Exchange::Ask& ask, int order);
+/// The same for explicit schemes, which go on from where they sent the wall: in windows shorter than
+/// the flow's own step it keeps to its path (keep_to_path), and what is missing is made up for within
+/// about a flow step.
+void post_on_path(Exchange& exchange, CouplingState& state, const Settings& settings, const Exchange::Ask& ask,
+                  int order);
 /// Sends the flow's load to the solid: as it came, scaled by the start-up ramp, or that it is zero.
 void post_answered_load(Exchange& exchange, const Settings& settings, const CouplingState& state,
                         const Exchange::Ask& ask, const Answer& flow);

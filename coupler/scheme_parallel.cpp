@@ -57,7 +57,7 @@ void ParallelExplicit::post_kept_load(const CouplingState& state, const FlowAhea
 
 WindowReports ParallelExplicit::advance(CouplingState& state, const TimeWindow& window, int order) {
   if (!state.ahead) {  // at the start the flow goes first, alone
-    post_predicted(exchange_, state, {.window = window}, order);
+    post_on_path(exchange_, state, settings_, {.window = window}, order);
     keep(state, window, exchange_.collect_flow());
   }
   const FlowAhead done = *state.ahead;
@@ -65,7 +65,7 @@ WindowReports ParallelExplicit::advance(CouplingState& state, const TimeWindow& 
   std::optional<TimeWindow> further;
   if (window.t_end < settings_.common.end_time) {
     further = after(state, window.number, window.t_end);
-    post_predicted(exchange_, state, {.window = *further}, order);
+    post_on_path(exchange_, state, settings_, {.window = *further}, order);
   }
   const Answer solid = exchange_.collect_solids(state);
   link::Header flow;

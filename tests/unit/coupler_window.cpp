@@ -68,6 +68,17 @@ TEST(Predictor, FirstWindowAndLowerOrdersUseWhatThereIs) {
   EXPECT_EQ(predict(1.0, 2.0, 9.0, 0.5, 0, 0.5).v, 2.0);
 }
 
+TEST(KeepToPath, MakesUpForAShareOfWhatThePositionMisses) {
+  // Position 1 m, velocity 2 m/s, then 4 m/s after half a second: on the path 1 + 0.5 * 3 = 2.5 m.
+  const double before[] = {1.0, 2.0};
+  for (const double share : {0.0, 0.25, 1.0}) {
+    double motion[] = {3.5, 4.0};
+    keep_to_path(before, 0.5, share, motion);
+    EXPECT_EQ(motion[0], 2.5 + share);  // exact in binary
+    EXPECT_EQ(motion[1], 4.0);
+  }
+}
+
 TEST(TimeWindow, TheLastOneEndsExactlyAtTheEndAndNoneIsASliver) {
   const WindowChoice choice{.rule = WindowRule::subcycle, .max_solid_steps = 10, .end_time = 1.0};
   for (const double stable : {0.3, 0.1, 0.0999999, 1.0 / 7.0, 0.013}) {
