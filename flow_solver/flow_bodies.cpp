@@ -280,7 +280,7 @@ void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
   c.segments = {};
   c.wall_nodes.clear();
   c.wall_sides.clear();
-  c.prepared = false;
+  c.prepared = c.ghosts_filled = false;
   c.set_masks_without_bodies();
   if (!c.bodies) return;
   if (c.ranks) c.require_bodies_on_ranks();

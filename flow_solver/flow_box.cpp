@@ -35,6 +35,7 @@ int down_to_tile(int i) { return i / tile_width * tile_width; }
 void Flow::Core::set_box(const std::array<int, 3>& new_lo, const std::array<int, 3>& new_hi) {
   const LineScheme scheme{.eighth_order = options.scheme == Scheme::compact8,
                           .filter_alpha = options.filter_alpha};
+  ghosts_filled = false;
   for (std::size_t a = 0; a < 3; ++a) {
     lo[a] = new_lo[a];
     hi[a] = new_hi[a];

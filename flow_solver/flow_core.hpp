@@ -117,6 +117,8 @@ struct Flow::Core {
   void fill_padding();
   /// Domain ghosts of the primitives at the time `now`.
   void fill_ghosts();
+  /// They belong to the primitives as they are: nothing has changed these since. Without ranks only.
+  bool ghosts_filled = false;
   [[nodiscard]] DomainGhosts domain_ghosts() const;
   /// Whether the sweeps fill the x and y ghosts plane by plane, while the plane is in the cache: not
   /// where something else needs them before.

@@ -38,6 +38,7 @@ bool Flow::Core::run_stages_muscl(double t, double dt, bool repair, StepReport& 
       bodies->compute_ghosts({ctx.W.data, ctx.W.sf, ctx.W.sj, ctx.W.sk});
     }
     refresh_box();
+    ghosts_filled = false;
     if (box.n[2] > 1) sweep_planes_muscl();
     else sweep_lines_of_plane();
     if (update_rows() == 0) continue;

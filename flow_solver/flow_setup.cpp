@@ -460,7 +460,7 @@ void Flow::set_incoming(const std::shared_ptr<const IncomingGas>& gas) {
   for (Boundary& b : core_->boundaries) {
     if (b.kind == BoundaryKind::outflow) b.incoming = gas;
   }
-  core_->prepared = false;
+  core_->prepared = core_->ghosts_filled = false;
 }
 
 void Flow::fill_domain_ghosts() { core_->fill_ghosts(); }
@@ -547,7 +547,7 @@ void Flow::restored_nodes(const std::array<int, 6>& active_box) {
 void Flow::restored() {
   Core& c = *core_;
   for (std::size_t i = 0; i < c.mark.size(); ++i) c.mark[i] = static_cast<std::uint8_t>(c.mark_copy[i]);
-  c.prepared = false;
+  c.prepared = c.ghosts_filled = false;
   c.ctx.any_mark = true;
   c.set_line_marks();
   // The other buffer must hold the same gas outside the active box.

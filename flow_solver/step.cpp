@@ -58,8 +58,12 @@ DomainGhosts Flow::Core::domain_ghosts() const {
 }
 
 void Flow::Core::fill_ghosts() {
-  if (ranks) fill_ghosts_on_ranks([] {});
-  else domain_ghosts().fill_all(options.threads);
+  if (ranks) {
+    fill_ghosts_on_ranks([] {});
+  } else {
+    domain_ghosts().fill_all(options.threads);
+    ghosts_filled = true;
+  }
 }
 
 void Flow::Core::fill_scalars(const Block& block, std::span<const int> fields, ScalarGhosts use) {
@@ -80,7 +84,7 @@ void Flow::Core::set_time(double t) {
   if (t == now) return;
   now = t;
   const auto varies = [](const Boundary& b) { return b.incoming != nullptr; };
-  if (std::any_of(boundaries.begin(), boundaries.end(), varies)) prepared = false;
+  if (std::any_of(boundaries.begin(), boundaries.end(), varies)) prepared = ghosts_filled = false;
 }
 
 double Flow::Core::convective_step(double cfl, double cfl_direction) const {
@@ -125,11 +129,11 @@ void Flow::Core::prepare() {
   refresh_box();
   const int n2 = box.n[2];
   maxima.assign(static_cast<std::size_t>(n2), {});
+  if (!ghosts_filled) fill_ghosts();
   if (bodies) {
-    fill_ghosts();
     bodies->compute_ghosts(view_of(ctx.W, ctx.bulk));
+    if (ranks) fill_ghosts();  // other ranks read the band; no stencil reads the domain ghosts beside it
   }
-  fill_ghosts();
   refresh_box();
   lap.book(Pass::ghosts);
 #pragma omp parallel for schedule(static) num_threads(threads)
@@ -214,7 +218,7 @@ void Flow::Core::sweep_planes() {
   const auto sweep_x = stage_kernels().sweep_x;
   const int n1 = box.n[1], n2 = box.n[2];
   const DomainGhosts ghosts = domain_ghosts();
-  const bool fill_here = ghosts_with_planes();
+  const bool fill_here = ghosts_with_planes() && !ghosts_filled;
   // Walls and the radius add their parts to the dilatation of the whole plane.
   const bool whole_bulk = ctx.bulk && (bodies || radial.power > 0);
   // Border fluxes across z are on their way meanwhile.
@@ -406,9 +410,12 @@ bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report
     ctx.stage = stage;
     now = t + stage_time[stage] * dt;
     Lap lap(clock);
-    if (ghosts_with_planes()) domain_ghosts().fill_all_z(options.threads);
-    else if (!ranks) fill_ghosts();
-    else if (bodies) domain_ghosts().fill_all(options.threads);
+    if (ranks) {
+      if (bodies) domain_ghosts().fill_all(options.threads);
+    } else if (!ghosts_filled) {
+      if (ghosts_with_planes()) domain_ghosts().fill_all_z(options.threads);
+      else fill_ghosts();
+    }
     if (bodies) {  // only band nodes change, and no stencil reads the domain ghosts beside those
       bodies->move_to(now);
       bodies->compute_ghosts(view_of(ctx.W, ctx.bulk));
@@ -416,6 +423,7 @@ bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report
     refresh_box();
     lap.book(Pass::ghosts);
     const long failures = run_stage();
+    ghosts_filled = false;
     if (failures > 0) {
       if (!repair) return false;
       report.floored_nodes += repair_failures(false);
@@ -485,7 +493,10 @@ StepReport Flow::advance(double t, double dt) {
     c.bodies->move_to(c.now);
     c.fill_ghosts();
     report.topology = c.bodies->update_topology(c.view_of(c.ctx.W, c.ctx.bulk));
-    if (report.topology.renewed) c.take_topology(true);
+    if (report.topology.renewed) {
+      c.take_topology(true);
+      c.ghosts_filled = c.ghosts_filled && report.topology.fresh_nodes + report.topology.rebuilt_nodes == 0;
+    }
   }
   return report;
 }

@@ -332,24 +332,30 @@ double ImmersedBoundary::wall_step_limit() const {
   return limit;
 }
 
-void ImmersedBoundary::read_overpressure(FieldsView<const Real> W, std::size_t b,
-                                         double ambient_pressure,
-                                         std::span<double> at_vertices) const {
-  const State& s = *state_;
-  const auto facets = read_facets(s.read_out(W), b, ambient_pressure, ReadShear::no);
-  spread_to_vertices(s.grid, s.bodies[b], facets, at_vertices);
+WallReading ImmersedBoundary::read_wall(FieldsView<const Real> W, std::size_t b, double ambient_pressure) const {
+  return std::make_shared<const std::vector<FacetReading>>(read_facets(state_->read_out(W), b, ambient_pressure));
 }
 
+void ImmersedBoundary::overpressure(std::size_t b, const WallReading& reading, std::span<double> at_vertices) const {
+  spread_to_vertices(state_->grid, state_->bodies[b], *reading, at_vertices);
+}
+void ImmersedBoundary::read_overpressure(FieldsView<const Real> W, std::size_t b, double ambient_pressure,
+                                         std::span<double> at_vertices) const {
+  overpressure(b, read_wall(W, b, ambient_pressure), at_vertices);
+}
+
+void ImmersedBoundary::force(std::size_t b, const WallReading& reading, std::span<double> at_vertices) const {
+  spread_forces(state_->bodies[b], *reading, at_vertices);
+}
 void ImmersedBoundary::read_force(FieldsView<const Real> W, std::size_t b, double ambient_pressure,
                                   std::span<double> at_vertices) const {
-  const State& s = *state_;
-  spread_forces(s.bodies[b], read_facets(s.read_out(W), b, ambient_pressure, ReadShear::yes), at_vertices);
+  force(b, read_wall(W, b, ambient_pressure), at_vertices);
 }
 
 void ImmersedBoundary::read_shear(FieldsView<const Real> W, std::size_t b,
                                   std::span<double> at_vertices) const {
   const State& s = *state_;
-  spread_shear(s.grid, s.bodies[b], read_facets(s.read_out(W), b, 0.0, ReadShear::yes), at_vertices);
+  spread_shear(s.grid, s.bodies[b], read_facets(s.read_out(W), b, 0.0), at_vertices);
 }
 
 WallCells ImmersedBoundary::wall_cells(FieldsView<const Real> W) const {
@@ -363,10 +369,11 @@ WallCells ImmersedBoundary::wall_cells(FieldsView<const Real> W) const {
   return cells;
 }
 
-BodyLoad ImmersedBoundary::load(FieldsView<const Real> W, std::size_t b,
-                                double ambient_pressure) const {
-  const State& s = *state_;
-  return integrate_load(s.bodies[b], read_facets(s.read_out(W), b, ambient_pressure, ReadShear::yes));
+BodyLoad ImmersedBoundary::load(std::size_t b, const WallReading& reading) const {
+  return integrate_load(state_->bodies[b], *reading);
+}
+BodyLoad ImmersedBoundary::load(FieldsView<const Real> W, std::size_t b, double ambient_pressure) const {
+  return load(b, read_wall(W, b, ambient_pressure));
 }
 
 std::vector<std::uint8_t> ImmersedBoundary::history() const {

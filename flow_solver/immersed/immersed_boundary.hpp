@@ -93,6 +93,10 @@ struct ImmersedOptions {
 
 inline namespace OCU_PRECISION {
 
+struct FacetReading;
+/// What the gas does to the facets of a body at one time: read once, it serves all that follows from it.
+using WallReading = std::shared_ptr<const std::vector<FacetReading>>;
+
 /// Bodies immersed in a Cartesian grid: tags, cut lines, ghost states, surface pressure. Works with
 /// as many threads as OpenMP gives a parallel region (omp_set_num_threads); results do not depend
 /// on their number. One step of the flow solver: move_to(t of the stage) and compute_ghosts(W)
@@ -142,14 +146,19 @@ class ImmersedBoundary {
   /// Largest time step [s] for which no wall moves more than half its local thickness or 0.3 cells.
   [[nodiscard]] double wall_step_limit() const;
 
-  /// Overpressure [Pa] (p - ambient) at the vertices of body b, modified by rho a_n s; 0 where
-  /// buried.
+  /// Pressure, modified by rho a_n s, and shear at the facets of body b; it must not move until the reading
+  /// has been used.
+  [[nodiscard]] WallReading read_wall(FieldsView<const Real> W, std::size_t b, double ambient_pressure) const;
+  /// Overpressure [Pa] (p - ambient) at the vertices of body b; 0 where buried.
+  void overpressure(std::size_t b, const WallReading& reading, std::span<double> at_vertices) const;
   void read_overpressure(FieldsView<const Real> W, std::size_t b, double ambient_pressure,
                          std::span<double> at_vertices) const;
-  /// Forces [n, 3], N, at its vertices from the same read-out, of pressure and shear: see spread_forces.
+  /// Forces [n, 3], N, at its vertices, of pressure and shear: see spread_forces.
+  void force(std::size_t b, const WallReading& reading, std::span<double> at_vertices) const;
   void read_force(FieldsView<const Real> W, std::size_t b, double ambient_pressure,
                   std::span<double> at_vertices) const;
-  /// Load on body b from the same read-out, integrated over the exposed part of its facets.
+  /// Load on body b, integrated over the exposed part of its facets.
+  [[nodiscard]] BodyLoad load(std::size_t b, const WallReading& reading) const;
   [[nodiscard]] BodyLoad load(FieldsView<const Real> W, std::size_t b,
                               double ambient_pressure) const;
   /// Tractions [Pa] of shear at the vertices of body b, [n_vertices, 3]; zero at slip walls.

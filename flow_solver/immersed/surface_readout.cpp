@@ -305,13 +305,11 @@ void share_readings(const ReadOut& read, const BodyState& s, std::vector<FacetRe
 
 }  // namespace
 
-std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double ambient_pressure,
-                                      ReadShear shear) {
+std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double ambient_pressure) {
   const BodyState& s = read.bodies[b];
   const Grid& grid = read.nodes.grid();
   const Reader reader(read.nodes, read.W, read.gas);
-  const bool friction = shear == ReadShear::yes && read.transport.viscosity > 0.0 &&
-                        s.body.slip == WallSlip::no_slip;
+  const bool friction = read.transport.viscosity > 0.0 && s.body.slip == WallSlip::no_slip;
   const Exposure exposure(grid, read.bodies, b);
   std::vector<FacetReading> facets(s.n_facets());
   const FarNodes* far = read.W.far;

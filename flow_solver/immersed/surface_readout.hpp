@@ -28,7 +28,6 @@ struct ReadOut {
   const Gas& gas;
   const WallTransport& transport;
 };
-enum class ReadShear { no, yes };
 
 /// Overpressure on all facets of body b at the middle of the exposed part: linear along the wall through
 /// the nodes in front of it (fit_at_wall), each corrected to the wall with the slope of the ghosts'
@@ -37,7 +36,7 @@ enum class ReadShear { no, yes };
 /// A facet counts as covered where another body lies on it, where it lies outside the grid, and
 /// where its normal has no part in a present direction.
 [[nodiscard]] std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b,
-                                                    double ambient_pressure, ReadShear shear);
+                                                    double ambient_pressure);
 
 /// Vertices that carry a facet's load, and their shares of it.
 struct LoadShares {

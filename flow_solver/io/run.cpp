@@ -243,8 +243,7 @@ void FlowRun::sample_surface_probes() {
     const auto& place = surface_places_[s];
     if (s == 0 || place.body != surface_places_[s - 1].body) {
       p.assign(bodies_->position(place.body).size() / 3, 0.0);
-      bodies_->read_overpressure(std::as_const(flow_).primitives(), place.body,
-                                 case_.common.ambient_pressure, p);
+      bodies_->overpressure(place.body, readings_[place.body], p);
     }
     surface_history_.push_back(p[place.vertex]);
   }
@@ -260,9 +259,12 @@ double FlowRun::stable_step() {
 }
 
 void FlowRun::read_loads() {
+  readings_.resize(bodies_->n_bodies());
   loads_.resize(bodies_->n_bodies());
-  for (std::size_t b = 0; b < loads_.size(); ++b)
-    loads_[b] = bodies_->load(std::as_const(flow_).primitives(), b, case_.common.ambient_pressure);
+  for (std::size_t b = 0; b < loads_.size(); ++b) {
+    readings_[b] = bodies_->read_wall(std::as_const(flow_).primitives(), b, case_.common.ambient_pressure);
+    loads_[b] = bodies_->load(b, readings_[b]);
+  }
 }
 
 /// Motions and balances from the start, or from what a checkpoint held.
@@ -276,7 +278,7 @@ void FlowRun::start_bodies(bool resumed) {
     return;
   }
   motions_->start(loads_);
-  balance_->start(loads_);
+  balance_->start(flow_.totals(), loads_);
 }
 
 std::vector<double> FlowRun::save_bodies() const {
@@ -307,10 +309,11 @@ void FlowRun::step_to(double t_end) {
     } catch (const NumericsError& error) {
       throw NumericsError(error.what() + save_last_good());
     }
+    totals_ = flow_.totals();
     if (bodies_) {
       read_loads();
       motions_->correct(t_next - clock_.time, loads_);
-      balance_->add(t_next - clock_.time, loads_);
+      balance_->add(t_next - clock_.time, totals_, loads_);
     }
     clock_.time = t_next;
     ++clock_.step;
@@ -380,11 +383,9 @@ void FlowRun::open_globals(double resume_time) {
 }
 
 void FlowRun::write_globals(const StepReport& r) {
-  if (out_.empty()) return;
-  const auto totals = flow_.totals();
   if (!globals_.is_open()) return;
   globals_ << fmt::format("{:.17g},{},{:.9g},{:.15g},{:.15g},{:.5g},{},{},{:.9g},{:.9g}", clock_.time,
-                          clock_.step, r.dt, totals.mass, totals.energy, r.active_share, r.marked_nodes,
+                          clock_.step, r.dt, totals_.mass, totals_.energy, r.active_share, r.marked_nodes,
                           r.redone, r.largest_pressure, r.smallest_pressure);
   const auto put = [&](const auto& values) {
     for (const double x : values) globals_ << fmt::format(",{:.9g}", x);

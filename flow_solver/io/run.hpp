@@ -88,7 +88,9 @@ class FlowRun {
   std::unique_ptr<ImmersedBoundary> bodies_;
   std::unique_ptr<BodyMotions> motions_;
   std::unique_ptr<WallBalance> balance_;
-  std::vector<BodyLoad> loads_;  ///< per body, at the current time
+  Totals totals_;                      ///< of the gas after the last step
+  std::vector<WallReading> readings_;  ///< per body, at the current time
+  std::vector<BodyLoad> loads_;        ///< the same
   Probes probes_;
   FieldOutput fields_;
   InterfaceOutput surfaces_;

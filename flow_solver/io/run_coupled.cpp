@@ -54,14 +54,13 @@ link::Report FlowRun::finish_window(const link::Order& order) {
   link::Report report;
   report.stable_step = stable_step();
   if (coupled_bodies_.empty()) return report;
-  const auto W = std::as_const(flow_).primitives();
   const double window = order.t_end - order.t_begin;
   const double quiet = case_.quiet_overpressure * case_.common.ambient_pressure;
   report.idle = true;
   std::vector<bool> loaded;
   for (const CoupledBody& c : coupled_bodies_) {
     const auto mine = std::span(overpressure_).subspan(c.first, c.count);
-    bodies_->read_overpressure(W, c.body, case_.common.ambient_pressure, mine);
+    bodies_->overpressure(c.body, readings_[c.body], mine);
     loaded.push_back(std::any_of(mine.begin(), mine.end(), [&](double p) { return std::abs(p) > quiet; }));
     report.idle = report.idle && !loaded.back();
     report.impedance = std::max(report.impedance, loads_[c.body].largest_impedance);
@@ -82,7 +81,7 @@ link::Report FlowRun::finish_window(const link::Order& order) {
       std::fill(mine.begin(), mine.end(), 0.0);
       std::fill(forces.begin(), forces.end(), 0.0);
     } else {
-      if (!forces.empty()) bodies_->read_force(W, c.body, case_.common.ambient_pressure, forces);
+      if (!forces.empty()) bodies_->force(c.body, readings_[c.body], forces);
       // Trapezoidal rule on power and force: 2nd order in the window, as the coupling itself.
       balance.work = 0.5 * window * (wall.power + load.power);
       for (std::size_t a = 0; a < 3; ++a) balance.impulse[a] = 0.5 * window * (wall.force[a] + load.force[a]);

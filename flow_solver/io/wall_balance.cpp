@@ -81,27 +81,26 @@ double WallBalance::inflow() const {
   return ranks_.sum_of_all(sum);
 }
 
-void WallBalance::measure() {
-  const Totals totals = flow_.totals();
+void WallBalance::measure(const Totals& totals) {
   const WallCells cells = bodies_.wall_cells(flow_.primitives());
   const double counted = totals.volume + cells.volume;
   if (volume_ == 0.0) volume_ = counted;
   mass_ = (totals.mass + cells.mass) / counted * volume_;
 }
 
-void WallBalance::start(std::span<const BodyLoad> loads) {
-  measure();
+void WallBalance::start(const Totals& totals, std::span<const BodyLoad> loads) {
+  measure(totals);
   first_mass_ = mass_;
   inflow_ = inflow();
   volume_rate_ = volume_rate(loads);
   for (std::size_t b = 0; b < loads.size(); ++b) force_[b] = loads[b].force;
 }
 
-void WallBalance::add(double dt, std::span<const BodyLoad> loads) {
+void WallBalance::add(double dt, const Totals& totals, std::span<const BodyLoad> loads) {
   const double rate = volume_rate(loads);
   volume_ -= 0.5 * dt * (volume_rate_ + rate);
   volume_rate_ = rate;
-  measure();
+  measure(totals);
   const double now = inflow();
   brought_ += 0.5 * dt * (inflow_ + now);
   inflow_ = now;

@@ -18,9 +18,9 @@ class WallBalance {
   /// `ranks` share the flow and outlive this; `start` and `add` are collective.
   WallBalance(const Ranks& ranks, const Flow& flow, const ImmersedBoundary& bodies);
 
-  /// State and loads at the start, and at the end of a step of dt seconds.
-  void start(std::span<const BodyLoad> loads);
-  void add(double dt, std::span<const BodyLoad> loads);
+  /// Sums over the gas and loads at the start, and at the end of a step of dt seconds.
+  void start(const Totals& totals, std::span<const BodyLoad> loads);
+  void add(double dt, const Totals& totals, std::span<const BodyLoad> loads);
 
   [[nodiscard]] double gas_mass() const { return mass_; }               ///< kg
   [[nodiscard]] double leaked_mass() const;                             ///< kg, into the gas
@@ -32,7 +32,7 @@ class WallBalance {
   void restore(std::span<const double>& saved);
 
  private:
-  void measure();
+  void measure(const Totals& totals);
   [[nodiscard]] double inflow() const;
   [[nodiscard]] double volume_rate(std::span<const BodyLoad> loads) const;
 

@@ -107,9 +107,9 @@ inline void outflow_columns(const OutflowEnd& e, Real* node, Index sf, Index sj,
     end_values(e, far, w, ghost);
     for (int f = 0; f < 5; ++f) store(value[f], ghost[f]);
     for (int l = 0; l < lanes; ++l) {
-      Real* to = node + (j0 + l) * sj;
+      Real* lowest = node + (j0 + l) * sj + (outwards > 0 ? 1 : -4);  // the four layers lie side by side
       for (int f = 0; f < 5; ++f) {
-        for (int layer = 1; layer <= 4; ++layer) to[f * sf + layer * outwards] = value[f][l];
+        for (int layer = 0; layer < 4; ++layer) lowest[f * sf + layer] = value[f][l];
       }
     }
   }
