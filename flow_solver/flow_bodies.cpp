@@ -235,7 +235,7 @@ void Flow::Core::take_topology(bool convert) {
   const Gas& gas = options.gas;
   const Grid& whole = ranks ? ranks->part.whole : grid;
   const std::array<int, 3> first = ranks ? ranks->part.begin : std::array<int, 3>{};
-#pragma omp parallel for schedule(static) num_threads(options.threads)
+#pragma omp parallel for schedule(dynamic) num_threads(options.threads)
   for (int k = 0; k < ctx.n[2]; ++k) {
     for (int j = 0; j < ctx.n[1]; ++j) {
       std::size_t node = place_of(whole, first[0], j + first[1], k + first[2]);

@@ -203,6 +203,7 @@ struct Flow::Core {
   /// x and y sweeps where there is only one plane: threads share its lines.
   void sweep_lines_of_plane();
   [[nodiscard]] long update_rows();
+  void share_work_among_threads() const;
   [[nodiscard]] long filter_plane(Real* own, int k);
   void filter_one_plane();
   [[nodiscard]] long finish_planes();

@@ -234,7 +234,7 @@ void Flow::Core::sweep_planes() {
       plane.X = plane_scratch[thread].block();
       plane.X.sk = 0;
     }
-#pragma omp for schedule(static) nowait
+#pragma omp for schedule(runtime) nowait
     for (int k = 0; k < n2; ++k) {
       if (z_sums != nullptr && thread == 0) z_sums->poll();
       const auto run = [&](int axis) {
@@ -320,7 +320,7 @@ long Flow::Core::update_rows() {
   const StageKernels sweeps = stage_kernels();
   long failures = 0;
   const SegmentBatches& s = segments[2];
-#pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : failures)
+#pragma omp parallel for schedule(runtime) num_threads(options.threads) reduction(+ : failures)
   for (int j = 0; j < box.n[1]; ++j) {
     Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
     if (!s.begin.empty()) {
@@ -384,7 +384,7 @@ long Flow::Core::finish_planes() {
       for (std::size_t b = 0; b < z.size(); ++b) kernels->filter_segments(box, own, 2, z[b]);
     }
     if (n2 > 1) {
-#pragma omp for schedule(static)
+#pragma omp for schedule(runtime)
       for (int k = 0; k < n2; ++k) failures += box.filter ? filter_plane(own, k) : kernels->finish_plane(box, k);
     }
   }
@@ -403,9 +403,19 @@ long Flow::Core::run_stage() {
   return failures;
 }
 
+/// Threads keep their planes and rows, which stay in their memory; where bodies make some of these dearer
+/// than others the threads take a few at a time as they become free.
+void Flow::Core::share_work_among_threads() const {
+  constexpr int turns = 8;
+  const int few = std::max(1, std::min(box.n[1], box.n[2]) / (turns * options.threads));
+  if (bodies) omp_set_schedule(omp_sched_dynamic, few);
+  else omp_set_schedule(omp_sched_static, 0);
+}
+
 bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report) {
   if (muscl != nullptr) return run_stages_muscl(t, dt, repair, report);
   ctx.dt = dt;
+  share_work_among_threads();
   for (int stage = 0; stage < 4; ++stage) {
     ctx.stage = stage;
     now = t + stage_time[stage] * dt;

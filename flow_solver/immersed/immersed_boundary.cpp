@@ -292,7 +292,10 @@ void ImmersedBoundary::compute_ghosts(FieldsView<Real> W) {
   if (s.far) s.far->fetch(W);
   for (int axis = 0; axis < 3; ++axis) s.fill_ghosts(axis, W);
   for (std::size_t b = 0; b < s.bodies.size(); ++b) s.bodies[b].moved_since_ghosts = false;
-  for (const BandNode& b : s.topology.band) {
+  const auto n = static_cast<std::ptrdiff_t>(s.topology.band.size());
+#pragma omp parallel for schedule(static) if (n > 500)
+  for (std::ptrdiff_t at = 0; at < n; ++at) {
+    const BandNode& b = s.topology.band[static_cast<std::size_t>(at)];
     if (s.far && !s.far->near_own(b.node, 0)) continue;
     const double* value =
         &s.topology.cut.lines[b.axis].ghost[static_cast<std::size_t>(b.ghost) * n_primitive];

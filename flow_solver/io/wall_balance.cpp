@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "coupler/base/errors.hpp"
+#include "flow_solver/ranks/gather.hpp"
 
 namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
@@ -38,11 +39,29 @@ double WallBalance::volume_rate(std::span<const BodyLoad> loads) const {
   return rate;
 }
 
+/// Mass through one line of an open face across axis a per second, positive inward; b varies along it.
+double WallBalance::inflow_through(std::size_t a, int side, std::size_t b, std::array<int, 3> at) const {
+  const Grid& grid = flow_.grid();
+  const FieldsView<const Real> W = flow_.primitives();
+  const NodeBox own = flow_.owned();
+  const int last = side == 0 ? 0 : grid.axis[a].n - 1, out = side == 0 ? -1 : 1;
+  double sum = 0.0;
+  for (at[b] = own.lo[b]; at[b] < own.hi[b]; ++at[b]) {
+    at[a] = last;
+    if (bodies_.tags()[place_of(grid, at[0], at[1], at[2])] != tag_fluid) continue;
+    const auto flux = [&](int i) {
+      at[a] = i;
+      return W(prim_rho, at[0], at[1], at[2]) * W(static_cast<int>(prim_u + a), at[0], at[1], at[2]);
+    };
+    const double face = (7.0 * (flux(last) + flux(last + out)) - flux(last - out) - flux(last + 2 * out)) / 12.0;
+    sum -= out * face * grid.axis[b].h(at[b]);
+  }
+  return sum;
+}
+
 /// Mass through open faces per second, positive inward: rho u_n at the face to 4th order.
 double WallBalance::inflow() const {
   const Grid& grid = flow_.grid();
-  const FieldsView<const Real> W = flow_.primitives();
-  const auto tags = bodies_.tags();
   const NodeBox own = flow_.owned();
   double sum = 0.0;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -51,31 +70,14 @@ double WallBalance::inflow() const {
     for (int side = 0; side < 2; ++side) {
       if (!is_open(flow_.boundaries()[2 * a + static_cast<std::size_t>(side)].kind)) continue;
       if (side == 0 ? own.lo[a] > 0 : own.hi[a] < grid.axis[a].n) continue;  // another rank's face
+      std::vector<double> line(static_cast<std::size_t>(own.hi[c] - own.lo[c]));
+#pragma omp parallel for schedule(static)
       for (int m = own.lo[c]; m < own.hi[c]; ++m) {
-        for (int l = own.lo[b]; l < own.hi[b]; ++l) {
-          std::array<int, 3> at{};
-          at[b] = l;
-          at[c] = m;
-          const auto flux = [&](int i) {
-            at[a] = i;
-            return W(prim_rho, at[0], at[1], at[2]) *
-                   W(static_cast<int>(prim_u + a), at[0], at[1], at[2]);
-          };
-          const int n = grid.axis[a].n;
-          const int last = side == 0 ? 0 : n - 1;
-          const int out = side == 0 ? -1 : 1;
-          at[a] = last;
-          const std::size_t node =
-              static_cast<std::size_t>(at[0]) +
-              static_cast<std::size_t>(grid.axis[0].n) *
-                  (static_cast<std::size_t>(at[1]) +
-                   static_cast<std::size_t>(grid.axis[1].n) * static_cast<std::size_t>(at[2]));
-          if (tags[node] != tag_fluid) continue;
-          const double face = (7.0 * (flux(last) + flux(last + out)) - flux(last - out) -
-                               flux(last + 2 * out)) / 12.0;
-          sum -= out * face * grid.axis[b].h(l) * grid.axis[c].h(m);
-        }
+        std::array<int, 3> at{};
+        at[c] = m;
+        line[static_cast<std::size_t>(m - own.lo[c])] = grid.axis[c].h(m) * inflow_through(a, side, b, at);
       }
+      for (const double part : line) sum += part;  // in order: the same with any number of threads
     }
   }
   return ranks_.sum_of_all(sum);

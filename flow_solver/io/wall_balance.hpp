@@ -34,6 +34,7 @@ class WallBalance {
  private:
   void measure(const Totals& totals);
   [[nodiscard]] double inflow() const;
+  [[nodiscard]] double inflow_through(std::size_t a, int side, std::size_t b, std::array<int, 3> at) const;
   [[nodiscard]] double volume_rate(std::span<const BodyLoad> loads) const;
 
   const Ranks& ranks_;

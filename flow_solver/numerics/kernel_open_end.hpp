@@ -97,6 +97,13 @@ inline void outflow_columns(const OutflowEnd& e, Real* node, Index sf, Index sj,
   const EndNodes far = far_nodes(e);
   for (int j0 = 0; j0 < count; j0 += tile_width) {
     const int lanes = j0 + tile_width <= count ? tile_width : count - j0;
+    for (int l = 0; l < tile_width; ++l) {  // every line is a page away from the last one
+      for (int f = 0; f < 5; ++f) {
+        const Real* later = node + (j0 + tile_width + l) * sj + f * sf;
+        __builtin_prefetch(later, 0, 2);
+        __builtin_prefetch(later + outwards, 1, 2);
+      }
+    }
     Real value[5][tile_width];
     for (int l = 0; l < tile_width; ++l) {
       const Real* from = node + (j0 + (l < lanes ? l : 0)) * sj;
