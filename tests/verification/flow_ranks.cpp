@@ -298,8 +298,8 @@ TEST_F(ProgramOnRanks, WritesTheSameProbesTotalsAndFields) {
       const auto one = last_line(1, table), many = last_line(n, table);
       ASSERT_EQ(one.size(), many.size());
       ASSERT_GE(one.size(), 6u);
-      // Nine digits are written; velocities across the tube may be nothing but rounding.
-      for (std::size_t c = 0; c < one.size(); ++c) EXPECT_NEAR(many[c], one[c], 2e-9 * std::abs(one[c]) + 1e-9) << table << ' ' << c;
+      // Nine digits are written, see below; velocities across the tube may be nothing but rounding.
+      for (std::size_t c = 0; c < one.size(); ++c) EXPECT_NEAR(many[c], one[c], 1.01e-8 * std::abs(one[c]) + 1e-9) << table << ' ' << c;
     }
     for (const char* field : {"density", "velocity", "overpressure"}) {
       const auto read = [&](int ranks) {
@@ -358,10 +358,11 @@ TEST_F(ProgramOnRanks, WritesTheSameLoadsOfBodies) {
   ASSERT_EQ(one.size(), many.size());
   ASSERT_GE(one.size(), 14u);
   double largest = 0.0;
-  // Nine digits are written of everything; what vanishes by symmetry is rounding of the largest, the moment.
+  // Nine digits are written of everything: the last one may differ, one part in 1e8 of a leading 1. What
+  // vanishes by symmetry is rounding of the largest, the moment.
   for (const double x : one) largest = std::max(largest, std::abs(x));
   for (std::size_t c = 0; c < one.size(); ++c)
-    EXPECT_NEAR(many[c], one[c], 2e-9 * std::abs(one[c]) + 1e-12 * largest) << c;
+    EXPECT_NEAR(many[c], one[c], 1.01e-8 * std::abs(one[c]) + 1e-12 * largest) << c;
 }
 
 TEST_F(ProgramOnRanks, RefusesBodiesInViscousGas) {
