@@ -75,24 +75,29 @@ void SolidRun::renew_stable_step() {
     return;
   }
   AlignedVector<double> moved(state_.displacement.size());
-  AlignedVector<double> back(moved.size());
+  AlignedVector<double> force(moved.size());
   // Product by a central difference of the forces: a tenth of a thousandth of the smallest length
   // leaves an error of 1e-8 by curvature and 1e-11 by rounding.
-  AlignedVector<double> full(state_.displacement.size());
-  const auto product = [&](std::span<const double> given, std::span<double> y) {
-    std::copy(given.begin(), given.end(), full.begin());
-    expand(full);
-    const std::span<const double> x = full;
+  const auto product = [&](std::span<const double> x, const TakePart& take) {
+    const auto take_force = [&](double s) {
+      for (const auto& c : constraints_) c->reduce(force);
+      take(force, s);
+    };
     double largest = 0.0;
     for (const double value : x) largest = std::max(largest, std::abs(value));
     const double eps = 1e-4 * bound.length / team().most(largest);
-    for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = state_.displacement[i] - eps * x[i];
-    assembly_->compute_force(moved, back, 0.0);
-    for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = state_.displacement[i] + eps * x[i];
-    assembly_->compute_force(moved, y, 0.0);
-    for (std::size_t i = 0; i < y.size(); ++i) y[i] = (y[i] - back[i]) / (2.0 * eps);
-    for (const auto& force : forces_) force->add_stiffness(x, y);
-    for (const auto& c : constraints_) c->reduce(y);
+    for (const double s : {eps, -eps}) {
+      for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = state_.displacement[i] + s * x[i];
+      expand(moved);
+      assembly_->compute_force(moved, force, 0.0);
+      take_force(0.5 / s);
+    }
+    if (forces_.empty()) return;
+    std::copy(x.begin(), x.end(), moved.begin());
+    expand(moved);
+    std::fill(force.begin(), force.end(), 0.0);
+    for (const auto& f : forces_) f->add_stiffness(moved, force);
+    take_force(1.0);
   };
   const auto frequency =
       largest_frequency(inverse_mass_, product, setup_.control.lanczos_products, team());

@@ -11,15 +11,13 @@ namespace {
 
 using Vector = AlignedVector<double>;
 
-double dot(const Vector& a, const Vector& b, const Team& team) {
+/// a.M b over the directions that may move.
+double mass_product(const Vector& a, const Vector& b, std::span<const double> inverse_mass,
+                    const Team& team) {
   double sum = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i)
-    if (team.counts(i / 4)) sum += a[i] * b[i];
+    if (inverse_mass[i] > 0.0 && team.counts(i / 4)) sum += a[i] * b[i] / inverse_mass[i];
   return team.sum(sum);
-}
-
-void add_scaled(Vector& y, double s, const Vector& x) {
-  for (std::size_t i = 0; i < y.size(); ++i) y[i] += s * x[i];
 }
 
 void scale(Vector& y, double s) {
@@ -28,14 +26,14 @@ void scale(Vector& y, double s) {
 
 /// Rough in space, so that the stiffest modes are in it; the same in every run, by the numbers of
 /// the whole mesh's nodes.
-Vector start_vector(const Vector& root, const Team& team) {
-  Vector v(root.size());
+Vector start_vector(std::span<const double> inverse_mass, const Team& team) {
+  Vector v(inverse_mass.size());
   std::uint64_t bits = 0x9e3779b97f4a7c15u;
   std::size_t drawn = 0;
   for (std::size_t i = 0; i < v.size(); ++i) {
     for (const std::size_t number = 4 * team.number(i / 4) + i % 4; drawn <= number; ++drawn)
       bits = bits * 6364136223846793005u + 1442695040888963407u;
-    v[i] = root[i] > 0.0 ? static_cast<double>(bits >> 11) * 0x1p-53 - 0.5 : 0.0;
+    v[i] = (static_cast<double>(bits >> 11) * 0x1p-53 - 0.5) * std::sqrt(inverse_mass[i]);
   }
   return v;
 }
@@ -58,39 +56,35 @@ constexpr double converged_change =
 
 Frequency largest_frequency(std::span<const double> inverse_mass, const StiffnessProduct& product,
                             int products, const Team& team) {
-  const std::size_t n = inverse_mass.size();
-  Vector root(n);  // M^-1/2: Lanczos on M^-1/2 K M^-1/2 is Lanczos on M^-1 K in the M inner product
-  for (std::size_t i = 0; i < n; ++i) root[i] = std::sqrt(inverse_mass[i]);
-  Vector v = start_vector(root, team);
-  const double norm = std::sqrt(dot(v, v, team));
+  Vector v = start_vector(inverse_mass, team);
+  const double norm = std::sqrt(mass_product(v, v, inverse_mass, team));
   if (norm == 0.0) return {};
   scale(v, 1.0 / norm);
-  // Three terms only: orthogonality against older vectors is lost by and by, which repeats Ritz
-  // values already found but moves the largest by no more than rounding (Paige 1972).
+  // Three terms only, the last of which is made where the one before the last was: orthogonality
+  // against older vectors is lost by and by, which repeats Ritz values already found but moves the
+  // largest by no more than rounding (Paige 1972, whose order of operations this is).
   std::vector<double> alpha;
   std::vector<double> beta;
   Frequency found;
-  Vector last(n);
-  Vector x(n);
-  Vector w(n);
+  Vector next(v.size());
+  const TakePart take = [&](std::span<const double> y, double s) {
+    for (std::size_t i = 0; i < y.size(); ++i) next[i] += s * inverse_mass[i] * y[i];
+  };
   for (int k = 0; k < 2 * products; ++k) {
-    for (std::size_t i = 0; i < n; ++i) x[i] = root[i] * v[i];
-    product(x, w);
-    for (std::size_t i = 0; i < n; ++i) w[i] *= root[i];
-    if (k > 0) add_scaled(w, -beta.back(), last);
-    alpha.push_back(dot(w, v, team));
-    add_scaled(w, -alpha.back(), v);
+    scale(next, k > 0 ? -beta.back() : 0.0);
+    product(v, take);
+    alpha.push_back(mass_product(v, next, inverse_mass, team));
+    for (std::size_t i = 0; i < v.size(); ++i) next[i] -= alpha.back() * v[i];
     const double omega = std::sqrt(std::max(0.0, largest_eigenvalue(alpha, beta)));
     found.last_change = omega > 0.0 ? std::abs(omega - found.omega) / omega : 0.0;
     found.omega = omega;
     found.products = k + 1;
-    const double next = std::sqrt(dot(w, w, team));
+    const double length = std::sqrt(mass_product(next, next, inverse_mass, team));
     if (k + 1 >= products && found.last_change < converged_change) break;
-    if (next <= 1e-10 * std::abs(alpha.front())) break;  // the whole space is spanned
-    beta.push_back(next);
-    scale(w, 1.0 / next);
-    last.swap(v);
-    v.swap(w);
+    if (length <= 1e-10 * std::abs(alpha.front())) break;  // the whole space is spanned
+    beta.push_back(length);
+    scale(next, 1.0 / length);
+    v.swap(next);
   }
   return found;
 }

@@ -8,8 +8,10 @@
 
 namespace ocublast::solid {
 
-/// y = K x on nodal arrays [n, 4].
-using StiffnessProduct = std::function<void(std::span<const double> x, std::span<double> y)>;
+/// Takes s y [n, 4] as a part of a product.
+using TakePart = std::function<void(std::span<const double> y, double s)>;
+/// K x of x [n, 4], in as many parts as it comes in: the caller adds them where it needs them.
+using StiffnessProduct = std::function<void(std::span<const double> x, const TakePart& take)>;
 
 struct Frequency {
   double omega = 0.0;  ///< largest angular frequency, rad/s
@@ -17,10 +19,10 @@ struct Frequency {
   double last_change = 0.0;  ///< relative change of omega by the last product
 };
 
-/// Largest angular frequency of M^-1 K by Lanczos in the M inner product with full
-/// re-orthogonalisation: at least `products` products, at most twice as many, until omega changes
-/// by less than 1e-4. The start vector is fixed, so the result is the same in every run. An
-/// underestimate: the largest Ritz value approaches from below.
+/// Largest angular frequency of M^-1 K by Lanczos in the M inner product: at least `products`
+/// products, at most twice as many, until omega changes by less than 1e-4. Keeps two vectors. The
+/// start vector is fixed, so the result is the same in every run. An underestimate: the largest
+/// Ritz value approaches from below.
 /// inverse_mass [n, 4] is 0 for fixed directions and the unused fourth.
 /// Collective among the ranks of a team; the same bits on all.
 [[nodiscard]] Frequency largest_frequency(std::span<const double> inverse_mass,

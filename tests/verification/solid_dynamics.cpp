@@ -279,21 +279,24 @@ TEST(StableStep, LanczosFindsTheLargestEigenvalueOfTheDenseMatrix) {
   const std::size_t n = setup.mesh->n_nodes();
   const double h = 1e-6;
   Eigen::MatrixXd A(3 * n, 3 * n);
-  AlignedVector<double> d(4 * n), plus(4 * n), minus(4 * n), inverse_mass(4 * n);
+  AlignedVector<double> d(4 * n), force(4 * n), inverse_mass(4 * n);
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t i = 0; i < 3; ++i) inverse_mass[4 * a + i] = 1.0 / assembly.nodal_mass()[a];
-  const auto product = [&](std::span<const double> x, std::span<double> y) {
-    for (std::size_t i = 0; i < x.size(); ++i) d[i] = h * x[i];
-    assembly.compute_force(d, plus, 0.0);
-    for (std::size_t i = 0; i < x.size(); ++i) d[i] = -h * x[i];
-    assembly.compute_force(d, minus, 0.0);
-    for (std::size_t i = 0; i < x.size(); ++i) y[i] = (plus[i] - minus[i]) / (2.0 * h);
+  const auto product = [&](std::span<const double> x, const TakePart& take) {
+    for (const double s : {h, -h}) {
+      for (std::size_t i = 0; i < x.size(); ++i) d[i] = s * x[i];
+      assembly.compute_force(d, force, 0.0);
+      take(force, 0.5 / s);
+    }
   };
   AlignedVector<double> unit(4 * n), column(4 * n);
   for (std::size_t c = 0; c < 3 * n; ++c) {
     std::fill(unit.begin(), unit.end(), 0.0);
     unit[4 * (c / 3) + c % 3] = 1.0;
-    product(unit, column);
+    std::fill(column.begin(), column.end(), 0.0);
+    product(unit, [&](std::span<const double> y, double s) {
+      for (std::size_t i = 0; i < y.size(); ++i) column[i] += s * y[i];
+    });
     for (std::size_t r = 0; r < 3 * n; ++r)
       A(static_cast<long>(r), static_cast<long>(c)) =
           column[4 * (r / 3) + r % 3] *
