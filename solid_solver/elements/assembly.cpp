@@ -42,6 +42,8 @@ Assembly::Assembly(const SolidMesh& mesh, std::vector<Material> materials,
       laws_(make_laws()),
       elements_(make_elements()),
       team_(std::move(part)),
+      volume_shares_(options.threads),
+      force_shares_(options.threads),
       scratch_(static_cast<std::size_t>(options.threads)) {
   choose_elements();
   build_blocks();
@@ -255,10 +257,10 @@ void Assembly::prefetch_rows(std::size_t chunk, const double* displacement) cons
 }
 
 /// Inside a parallel region: adds the dilatations of tasks at their pressure nodes.
-void Assembly::add_volumes(std::size_t begin, std::size_t end, const double* displacement) {
-  auto& scratch = scratch_[static_cast<std::size_t>(omp_get_thread_num())];
-#pragma omp for schedule(dynamic)
-  for (std::size_t t = begin; t < end; ++t)
+void Assembly::add_volumes(TaskShares& tasks, const double* displacement) {
+  const int thread = omp_get_thread_num();
+  auto& scratch = scratch_[static_cast<std::size_t>(thread)];
+  for (std::size_t t = tasks.take(thread); t != TaskShares::none; t = tasks.take(thread))
     for (std::size_t k = tasks_[t].begin; k < tasks_[t].end; ++k) {
       const auto& chunk = chunks_[k];
       auto& block = *chunk.block;
@@ -274,6 +276,7 @@ void Assembly::add_volumes(std::size_t begin, std::size_t end, const double* dis
         change += row_stride;
       }
     }
+#pragma omp barrier
 }
 
 /// Inside a parallel region: dilatation and pressure at the nodes of elements that average there.
@@ -290,13 +293,13 @@ void Assembly::compute_nodal_pressures(const double* displacement, Exchange exch
       if (block.type().volumetric == Volumetric::nodal)
         (rows++)->collect(block.nodal_volume_change().data(), which);
   };
-  add_volumes(0, n_border_tasks_, displacement);
+  add_volumes(volume_shares_.border, displacement);
   collect(TaskRows::Rows::border);
   if (exchange == Exchange::all) {
 #pragma omp master
     for (auto& [block, values] : shared_pressures_) values.start(block->nodal_volume_change());
   }
-  add_volumes(n_border_tasks_, tasks_.size(), displacement);
+  add_volumes(volume_shares_.others, displacement);
   collect(TaskRows::Rows::others);
   if (exchange == Exchange::all) {
 #pragma omp master
@@ -340,14 +343,13 @@ void Assembly::run_chunk(const Chunk& chunk, double inverse_step, Scratch& scrat
 }
 
 /// Inside a parallel region: forces of tasks.
-void Assembly::run_tasks(std::size_t begin, std::size_t end, const double* displacement,
-                         double* force, double inverse_step) {
+void Assembly::run_tasks(TaskShares& tasks, bool border, const double* displacement, double* force,
+                         double inverse_step) {
   const int thread = omp_get_thread_num();
   auto& scratch = scratch_[static_cast<std::size_t>(thread)];
   // MPI belongs to the thread that has started it.
-  const bool polls = thread == 0 && !team_.alone() && begin >= n_border_tasks_;
-#pragma omp for schedule(dynamic)
-  for (std::size_t t = begin; t < end; ++t)
+  const bool polls = thread == 0 && !team_.alone() && !border;
+  for (std::size_t t = tasks.take(thread); t != TaskShares::none; t = tasks.take(thread))
     for (std::size_t k = tasks_[t].begin; k < tasks_[t].end; ++k) {
       KernelSums sums;
       auto& chunk = chunks_[k];
@@ -369,16 +371,25 @@ void Assembly::run_tasks(std::size_t begin, std::size_t end, const double* displ
       sums_[k] = sums;
       if (polls) team_.forces()->poll();
     }
+#pragma omp barrier
+}
+
+void Assembly::share_out_tasks() {
+  for (auto* shares : {&volume_shares_, &force_shares_}) {
+    shares->border.share_out(0, n_border_tasks_);
+    shares->others.share_out(n_border_tasks_, tasks_.size());
+  }
 }
 
 ForceReport Assembly::compute_force(std::span<const double> displacement, std::span<double> force,
                                     double inverse_step, const std::function<void()>& add_more) {
+  share_out_tasks();
 #pragma omp parallel num_threads(options_.threads)
   {
 #pragma omp for schedule(static)
     for (std::size_t i = 0; i < force.size(); ++i) force[i] = 0.0;
     if (has_nodal_) compute_nodal_pressures(displacement.data(), Exchange::all);
-    run_tasks(0, n_border_tasks_, displacement.data(), force.data(), inverse_step);
+    run_tasks(force_shares_.border, true, displacement.data(), force.data(), inverse_step);
     force_rows_.collect(force.data(), TaskRows::Rows::border);
     if (!team_.alone()) {
 #pragma omp master
@@ -388,7 +399,7 @@ ForceReport Assembly::compute_force(std::span<const double> displacement, std::s
       }
 #pragma omp barrier
     }
-    run_tasks(n_border_tasks_, tasks_.size(), displacement.data(), force.data(), inverse_step);
+    run_tasks(force_shares_.others, false, displacement.data(), force.data(), inverse_step);
     force_rows_.collect(force.data(), TaskRows::Rows::others);
   }
   if (!team_.alone())
@@ -412,6 +423,7 @@ void Assembly::evaluate(std::span<const double> displacement, CellResults& resul
 void Assembly::evaluate(std::span<const double> displacement, CellResults& results,
                         Exchange exchange) {
   results.resize(mesh_.n_cells() * n_evaluated);
+  share_out_tasks();
 #pragma omp parallel num_threads(options_.threads)
   {
     if (has_nodal_) compute_nodal_pressures(displacement.data(), exchange);

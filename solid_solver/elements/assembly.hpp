@@ -9,6 +9,7 @@
 
 #include "solid_solver/elements/element_block.hpp"
 #include "solid_solver/elements/task_rows.hpp"
+#include "solid_solver/elements/task_shares.hpp"
 #include "solid_solver/parallel/team.hpp"
 
 namespace ocublast::solid {
@@ -144,8 +145,9 @@ class Assembly {
   [[nodiscard]] bool deformed(const Chunk& chunk, const double* displacement) const;
   enum class Exchange { none, all };
   void compute_nodal_pressures(const double* displacement, Exchange exchange);
-  void add_volumes(std::size_t begin, std::size_t end, const double* displacement);
-  void run_tasks(std::size_t begin, std::size_t end, const double* displacement, double* force,
+  void share_out_tasks();
+  void add_volumes(TaskShares& tasks, const double* displacement);
+  void run_tasks(TaskShares& tasks, bool border, const double* displacement, double* force,
                  double inverse_step);
   void fetch_rows(const Chunk& chunk, const double* displacement, Scratch& scratch) const;
   void prefetch_rows(std::size_t chunk, const double* displacement) const;
@@ -166,6 +168,14 @@ class Assembly {
   std::vector<Chunk> chunks_;
   std::vector<Task> tasks_;
   std::size_t n_border_tasks_ = 0;  ///< the first of them
+  /// Of one force computation: the border tasks and the others, once for each pass.
+  struct Shares {
+    explicit Shares(int threads) : border(threads), others(threads) {}
+    TaskShares border;
+    TaskShares others;
+  };
+  Shares volume_shares_;
+  Shares force_shares_;
   TaskRows force_rows_;
   std::list<TaskRows> pressure_rows_;  ///< per block that averages at nodes
   struct SharedPressures {

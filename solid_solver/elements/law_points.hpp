@@ -15,6 +15,9 @@ struct LawPoints {
   using V = Lanes<W>;
   using Integer = typename LaneTypes<W>::Integer;
   static constexpr int n_values = Law::n_constants + Law::n_fields;
+  static constexpr bool has_factors = requires(const V* c, const Gradient<V>& g, V& factor) {
+    Law::template isochoric_factors<V>(c, g, factor, factor);
+  };
 
   OCU_LANE_INLINE void load_values(const BlockView& block, std::int64_t batch, int lane, V* c) {
     for (int k = 0; k < n_values; ++k)
@@ -44,6 +47,18 @@ struct LawPoints {
   OCU_LANE_INLINE void point_stress(const BlockView& block, std::int64_t batch, int lane, int q,
                                     double inverse_step, const V* c, const Gradient<V>& g, V w,
                                     V mean_stress, double* out, V& overlay_work) {
+    if constexpr (has_factors) {
+      if (block.overlay.state == nullptr) {
+        V of_F;
+        V of_cof;
+        Law::template isochoric_factors<V>(c, g, of_F, of_cof);
+        of_F *= w;
+        of_cof = w * (of_cof + mean_stress);
+        for (int i = 0; i < 9; ++i)
+          store<W>(out + i * batch_lanes, of_F * deformation(g, i) + of_cof * g.cof[i]);
+        return;
+      }
+    }
     V P[9];
     Law::template isochoric_stress<V>(c, g, P);
     if (block.overlay.state != nullptr)
@@ -109,11 +124,9 @@ struct LawPoints {
       Gradient<V> g;
       load_gradient(buffer, first + q, lane, g.H);
       complete<Law>(g);
+      g.j = load<W>(&buffer.mean_stress[first + q][lane]);  // need not be found twice
       V stress = of_mean;
-      if (!averaged)
-        stress =
-            Law::template volumetric_stress<V>(c, load<W>(&buffer.mean_stress[first + q][lane])) +
-            viscous;
+      if (!averaged) stress = Law::template volumetric_stress<V>(c, g.j) + viscous;
       point_stress(block, batch, lane, q, inverse_step, c, g,
                    load<W>(&buffer.weight[first + q][lane]), stress,
                    &buffer.stress[first + q][0][lane], sums.overlay);

@@ -28,9 +28,11 @@ class TaskRows {
   [[nodiscard]] std::span<const std::int32_t> targets(std::size_t use) const {
     return {targets_.data() + first_target_[use], first_target_[use + 1] - first_target_[use]};
   }
+  /// Half the targets are copies, in no order that a branch could be foretold by.
   [[nodiscard]] double* at(double* field, std::int32_t target) {
-    return target >= 0 ? field + width_ * static_cast<std::size_t>(target)
-                       : copies_.data() + width_ * static_cast<std::size_t>(~target);
+    double* const bases[2] = {field, copies_.data()};
+    const bool copy = target < 0;
+    return bases[copy] + width_ * static_cast<std::size_t>(copy ? ~target : target);
   }
   enum class Rows { border, others };  ///< complete after the border tasks; the rest
   /// Inside a parallel region, by all its threads: adds the copies to the field and clears them.

@@ -28,11 +28,17 @@ struct NeoHookean {
   }
   /// G J^(-2/3) (F - I1/(3 J) cof F).
   template <class V>
-  OCU_LAW_INLINE void isochoric_stress(const V* c, const Gradient<V>& g, V P[9]) {
+  OCU_LAW_INLINE void isochoric_factors(const V* c, const Gradient<V>& g, V& of_F, V& of_cof) {
     const V y = inverse_cbrt(1.0 + g.j);
-    const V alpha = c[G] * (y * y);
-    const V beta = (y * y * y) * ((3.0 + first_invariant_excess(g)) * (1.0 / 3.0));
-    for (int i = 0; i < 9; ++i) P[i] = alpha * (deformation(g, i) - beta * g.cof[i]);
+    of_F = c[G] * (y * y);
+    of_cof = -of_F * ((y * y * y) * ((3.0 + first_invariant_excess(g)) * (1.0 / 3.0)));
+  }
+  template <class V>
+  OCU_LAW_INLINE void isochoric_stress(const V* c, const Gradient<V>& g, V P[9]) {
+    V of_F;
+    V of_cof;
+    isochoric_factors(c, g, of_F, of_cof);
+    for (int i = 0; i < 9; ++i) P[i] = of_F * deformation(g, i) + of_cof * g.cof[i];
   }
   /// Energies per reference volume of one element, for tables; not in the force loop.
   OCU_LAW_INLINE double volumetric_energy(const double* c, double j) {
