@@ -63,13 +63,14 @@ void write_checkpoint_alone(Session& session, const std::filesystem::path& direc
   });
 }
 
-void run_alone(Session& session, const std::filesystem::path& out, bool quiet) {
+/// `last`: the checkpoint it goes on from, if any.
+void run_alone(Session& session, const std::filesystem::path& out, bool quiet,
+               std::filesystem::path last) {
   const auto& c = session.solid_case();
   const double end = c.common.end_time;
   double wall = 0.0;
   const Stopwatch watch(wall);
   double next_line = progress_interval;
-  std::filesystem::path last;  // checkpoint
   if (session.run().state().time == 0.0) session.write_due(false);
   while (session.run().state().time < end) {
     auto& progress = session.progress();
@@ -146,7 +147,7 @@ int run_case(const CommandLine& line, const Ranks& ranks) {
   if (coupled)
     run_coupled(session);
   else
-    run_alone(session, out, line.quiet);
+    run_alone(session, out, line.quiet, line.resume);
   return static_cast<int>(ExitCode::done);
 }
 

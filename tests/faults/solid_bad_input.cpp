@@ -210,6 +210,21 @@ TEST(SolidBadInput, ElementThatInvertsStopsTheRunWithPlaceAndTime) {
   EXPECT_SAYS(outcome, "last good checkpoint: none");
 }
 
+TEST(SolidBadInput, StoppedRunNamesItsLastGoodCheckpoint) {
+  Folder folder;
+  const auto outcome = check(
+      folder, std::string(case_material) +
+                  "[[solid.pressure]]\nfaces = \"z1\"\ntimes_s = [0.0, 5e-4, 6e-4]\n"
+                  "overpressures_Pa = [1e3, 1e3, 5e8]\n[solid.output]\ncheckpoint_every_s = 2e-4\n");
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_SAYS(outcome, "of tissue block inverted");
+  const std::string words = "last good checkpoint: ";
+  ASSERT_NE(outcome.text.find(words), std::string::npos) << outcome.text;
+  const auto from = outcome.text.find(words) + words.size();
+  const auto named = outcome.text.substr(from, outcome.text.find_first_of("\n;", from) - from);
+  EXPECT_TRUE(std::filesystem::exists(named)) << named;
+}
+
 TEST(SolidBadInput, LawsElementsAndHoldsAreCheckedTogether) {
   Folder folder;
   const auto outcome =
