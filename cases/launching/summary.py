@@ -11,6 +11,7 @@ from pathlib import Path
 
 from launching.case_file import CaseError
 from launching.programs import solid_names
+from launching.tissue_stress import tissue_quantities
 
 PARTS = ("flow_summary.json", "solid_summary.json", "coupling_summary.json")
 
@@ -53,6 +54,21 @@ def read_parts(out: Path, solids: list[str] = ()) -> tuple[list[dict], dict]:
     return quantities, performance
 
 
+def add_tissue_stress(quantities: list[dict], out: Path, solids: list[str] = ()) -> list[dict]:
+    """The same with the stress that a share of a tissue exceeds after the largest one of single elements."""
+    robust = {}
+    for folder, prefix in [(out, "")] + [(out / name, name + "_") for name in solids]:
+        for found in tissue_quantities(folder):
+            tissue = found["name"].removesuffix("_von_mises_of_1_percent_peak")
+            robust[f"{prefix}{tissue}_von_mises_peak"] = {**found, "name": prefix + found["name"]}
+    rows = []
+    for quantity in quantities:
+        rows.append(quantity)
+        if quantity["name"] in robust:
+            rows.append(robust[quantity["name"]])
+    return rows
+
+
 def compare(quantity: dict, target: dict | None) -> dict:
     """A quantity with its reference, relative error and whether that is within the tolerance."""
     row = {"name": quantity["name"], "value": quantity["value"], "unit": quantity["unit"],
@@ -78,6 +94,7 @@ def compare(quantity: dict, target: dict | None) -> dict:
 def make_summary(case: dict, case_file: Path, out: Path, about: dict, wall: dict) -> dict:
     """The whole summary. `about`: version, command, times; `wall`: wall times measured outside, s."""
     quantities, performance = read_parts(out, solid_names(case))
+    quantities = add_tissue_stress(quantities, out, solid_names(case))
     targets = read_targets(case_file.parent)
     rows = [compare(quantity, targets.get(quantity["name"])) for quantity in quantities]
     reported = {row["name"] for row in rows}

@@ -32,14 +32,21 @@ def main():
         h.impulse_x_N_s = h.impulse_y_N_s = h.impulse_z_N_s = 0.0
         h.impedance_kg_m2_s, h.mass_per_area_kg_m2, h.compute_s, h.time_s = 1.0, 1.0, 0.0, 0.0
         h.directory, h.reason, h.exit_code, h.iteration = "d", "r", 3, 2
+        h.shares_memory, h.takes_packets, h.takes_force, h.n_interfaces = True, True, True, 1
+        if kind in (pb.KIND_HELLO, pb.KIND_WELCOME):
+            h.packet_path, h.packet_mark = "/tmp/p", 1
+            h.memory_pid, h.memory_fd, h.memory_offset, h.memory_mark = 2, 3, 0, 1
         payload = b""
-        if kind == pb.KIND_MESH:
-            h.fields, h.n_vertices, h.n_triangles = 16, 3, 1
-            payload = struct.pack("<9d3i", *range(9), 0, 1, 2)
+        if kind == pb.KIND_MESH:  # a quadrilateral, cut along its diagonal, and a triangle
+            h.fields, h.n_vertices, h.n_triangles, h.n_quads = 16, 5, 3, 1
+            payload = struct.pack("<15d9i", *range(15), 0, 1, 2, 0, 2, 3, 1, 4, 2)
         if kind in (pb.KIND_STEP, pb.KIND_RESULT, pb.KIND_READY):
             h.fields, h.n_vertices = 3, 1
             payload = struct.pack("<6d", *range(6))
         put(pb.Kind.Name(kind)[5:].lower(), h, payload)
+        if kind == pb.KIND_RESULT:  # forces, and the balance of two interfaces
+            h.fields, h.n_vertices, h.n_interfaces = 96, 2, 2
+            put("force", h, struct.pack("<14d", *range(14)))
     with open(sys.argv[2], "rb") as file:
         recording = file.read()
     with open(os.path.join(CORPUS, "recording"), "wb") as file:

@@ -11,6 +11,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "cases"))
 
+from launching.summary import add_tissue_stress  # noqa: E402
+from launching.tissue_stress import exceeded, volumes  # noqa: E402
 from meshing import quality  # noqa: E402
 from meshing.globe import make_globe  # noqa: E402
 from meshing.globe_profile import GlobeShape  # noqa: E402
@@ -83,6 +85,43 @@ def write_solid(out: Path) -> None:
             f'GeometryType="XYZ">{item("1 3", "solid.h5:/nodes")}</Geometry><Attribute '
             f'Name="pressure" Center="Cell">{item("1", "solid.h5:/pressure")}</Attribute></Grid>')
     (out / "solid.xmf").write_text(text + TAIL)
+
+
+
+class TissueStressTest(unittest.TestCase):
+    CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], dtype=float)
+
+    def test_volumes_of_sheared_cells_are_exact(self):
+        shear = np.array([[2.0, 0.3, 0.0], [0.0, 1.0, -0.4], [0.1, 0.0, 0.5]])
+        points = self.CORNERS @ shear.T
+        self.assertAlmostEqual(volumes(points, np.arange(8)[None])[0], np.linalg.det(shear), delta=1e-15)
+        self.assertAlmostEqual(volumes(points, np.array([[0, 1, 3, 4, 5, 7]]))[0], np.linalg.det(shear) / 2, delta=1e-15)
+        self.assertAlmostEqual(volumes(points, np.array([[0, 1, 3, 4]]))[0], np.linalg.det(shear) / 6, delta=1e-15)
+
+    def test_one_element_of_many_does_not_make_the_figure(self):
+        values, weights = np.append(np.arange(1000.0), 1e9), np.ones(1001)
+        self.assertEqual(exceeded(values, weights), 990.0)  # the 11th of 1001: 10.01 of them are 1 %
+        weights[-1] = 20.0  # unless it is large
+        self.assertEqual(exceeded(values, weights), 1e9)
+
+    def test_the_figure_stands_beside_the_largest_of_single_elements(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder)
+            (out / "solid").mkdir()
+            points = np.concatenate([self.CORNERS + [2.0 * i, 0, 0] for i in range(200)])
+            stress = np.arange(200.0)
+            with h5py.File(out / "solid/mesh.h5", "w") as mesh:
+                mesh["hex8/cells"] = np.arange(1600).reshape(200, 8)
+                mesh["hex8/tissue"] = np.repeat([0, 1], 100)
+                mesh["tissues"] = [b"hard", b"soft"]
+            for number, factor in enumerate((1.0, 3.0, 2.0)):
+                with h5py.File(out / f"solid/{number:04}.h5", "w") as frame:
+                    frame["position"], frame["hex8/von_mises"] = points, factor * stress
+            reported = [{"name": f"{t}_von_mises_peak", "value": 0.0, "unit": "Pa"} for t in ("soft", "lens")]
+            rows = add_tissue_stress(reported, out)
+            self.assertEqual([r["name"] for r in rows], ["soft_von_mises_peak", "soft_von_mises_of_1_percent_peak", "lens_von_mises_peak"])
+            self.assertEqual(rows[1]["value"], 3.0 * 199.0)  # of 100 equal cells the largest one is 1 %
+            self.assertEqual(add_tissue_stress(reported, out / "nothing"), reported)
 
 
 class ReportTest(unittest.TestCase):
