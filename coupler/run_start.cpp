@@ -1,9 +1,12 @@
 #include "coupler/run_start.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 #include <vector>
+
+#include <Eigen/Dense>
 
 #include "coupler/link/payload.hpp"
 
@@ -11,8 +14,25 @@ namespace ocublast::coupler {
 
 using link::Header;
 
+namespace {
+
+Eigen::Map<const Eigen::Vector3d> corner(const link::InterfaceMesh& mesh, std::size_t i) {
+  return Eigen::Map<const Eigen::Vector3d>(&mesh.vertices[3 * static_cast<std::size_t>(mesh.triangles[i])]);
+}
+
+}  // namespace
+
 link::InterfaceMesh mesh_of(const MeshMessage& mesh) {
   return link::mesh_from_payload(mesh.header, {static_cast<const std::byte*>(mesh.payload.data()), mesh.payload.size()});
+}
+
+double area_of(const link::InterfaceMesh& mesh) {
+  double area = 0.0;
+  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+    std::array<Eigen::Map<const Eigen::Vector3d>, 3> x{corner(mesh, t), corner(mesh, t + 1), corner(mesh, t + 2)};
+    area += 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).norm();
+  }
+  return area;
 }
 
 void start_state(CouplingState& state, Handshake& hands, bool leap_frog) {

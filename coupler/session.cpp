@@ -84,6 +84,7 @@ class Session {
   std::string phase_ = "during the handshake";
   std::optional<TrafficWriter> traffic_;
   std::optional<WindowLog> rows_;
+  std::vector<InterfaceArea> areas_;
   std::vector<InterfaceLog> interface_rows_;  ///< where there are several
   std::optional<Exchange> exchange_;
   std::unique_ptr<Scheme> scheme_;
@@ -159,6 +160,8 @@ void Session::start_solvers() {
 Interface Session::make_interface(const SolidHands& solid, Party party) {
   const auto n = static_cast<std::size_t>(solid.mesh.header.n_vertices);
   Interface interface{.n_flow = n, .n_solid = n, .takes_force = solid.ready->header.takes_force, .map = {}};
+  const double area = area_of(mesh_of(solid.mesh));
+  areas_.push_back({.flow = solid.flow_mesh ? area_of(mesh_of(*solid.flow_mesh)) : area, .solid = area});
   if (!solid.flow_mesh || solid.flow_mesh->header.mesh_hash == solid.mesh.header.mesh_hash) return interface;
   const auto begin = Clock::now();
   try {
@@ -365,7 +368,7 @@ void Session::finish() {
   if (traffic_) traffic_->close();
   write_summary(options_.out / "coupling_summary.json",
                 {.time = state_.time, .windows = state_.window - first_window_,
-                 .theta_max = state_.theta_max, .balance = state_.balance, .interfaces = balances, .wall = wall_});
+                 .theta_max = state_.theta_max, .balance = state_.balance, .areas = areas_, .interfaces = balances, .wall = wall_});
 }
 
 void Session::tell_status(const std::string& phase, const std::string& detail) {

@@ -144,12 +144,24 @@ void add_balance(nlohmann::json& quantities, const std::string& prefix, const Ba
   }
 }
 
+void add_area(nlohmann::json& quantities, const std::string& prefix, const InterfaceArea& area) {
+  quantities.push_back(quantity(prefix + "interface_area_flow", area.flow, "m^2"));
+  quantities.push_back(quantity(prefix + "interface_area_solid", area.solid, "m^2"));
+}
+
 }  // namespace
 
 void write_summary(const std::filesystem::path& file, const CouplingSummary& s) {
   nlohmann::json quantities = nlohmann::json::array();
   add_balance(quantities, "", s.balance);
-  for (const auto& [name, balance] : s.interfaces) add_balance(quantities, name + "_", balance);
+  InterfaceArea total;
+  for (const InterfaceArea& area : s.areas) total = {total.flow + area.flow, total.solid + area.solid};
+  add_area(quantities, "", total);
+  for (std::size_t k = 0; k < s.interfaces.size(); ++k) {
+    const auto& [name, balance] = s.interfaces[k];
+    add_balance(quantities, name + "_", balance);
+    add_area(quantities, name + "_", s.areas[k]);
+  }
   quantities.push_back(quantity("coupling_theta_max", s.theta_max, "1"));
   const nlohmann::json summary{
       {"time_s", s.time},

@@ -77,12 +77,19 @@ class InterfaceLog {
   Balance balance_;
 };
 
+/// Area [m^2] of an interface at the start, by the mesh of each side.
+struct InterfaceArea {
+  double flow = 0.0;
+  double solid = 0.0;
+};
+
 /// What coupling_summary.json says.
 struct CouplingSummary {
   double time = 0.0;
   std::uint64_t windows = 0;
   double theta_max = 0.0;
   Balance balance;
+  std::vector<InterfaceArea> areas;                         ///< of all interfaces
   std::vector<std::pair<std::string, Balance>> interfaces;  ///< of several, by name
   WallTime wall;
 };

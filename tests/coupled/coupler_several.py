@@ -1,5 +1,6 @@
 """Several solids in one run: our solvers with two pistons, and the toys' faults."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -169,6 +170,11 @@ class Several(CouplerTest):
         self.assertLess(sum(row["impulse_flow_x_N_s"] for row in left), -0.1)
         summary = self.read("two", "coupling_summary.json")
         self.assertIn("left_interface_work_flow", summary)
+        areas = {q["name"]: q["value"] for q in json.loads(summary)["quantities"] if "interface_area" in q["name"]}
+        # Boxes of 10 mm x 1 m x 1 m; the gas has one direction only, but the meshes are whole.
+        for name, count in (("", 2), ("left_", 1), ("right_", 1)):
+            for side in ("flow", "solid"):
+                self.assertAlmostEqual(areas[f"{name}interface_area_{side}"], count * 2.04, delta=1e-12)
 
     def test_resumed_run_equals_the_uninterrupted_one_bit_for_bit(self):
         every = ("--set", "coupling.checkpoint_every_windows=9")
