@@ -123,6 +123,18 @@ def skipping(build, quick, records):
                                   None if quick else 0.01))  # the smallest box is 5 % of 64^3
 
 
+def bodies(build, quick, records):
+    """A ball against none, in turns of whole runs of flow_speed."""
+    n = "64" if quick else "128"
+    runs = [run(build, n, "-B") for _ in range(1 if quick else 3)]
+    for rows in zip(*runs):
+        r = rows[0]
+        moves = f"moving {r['cells_per_step']:g} cells a step" if r["cells_per_step"] > 0 else "at rest"
+        records.append(reports.record("flow", f"{n}^3, ball of {r['facets']:,} facets, {moves}", "step against one without",
+                                      statistics.median([x["part"] for x in rows]), "",
+                                      1.10 if r["cells_per_step"] > 0 and not quick else None))
+
+
 def main():
     options = reports.arguments(__doc__)
     records = []
@@ -130,6 +142,7 @@ def main():
     single(options.build, options.quick, records)
     passes = roofline(options.build, options.quick, records)
     skipping(options.build, options.quick, records)
+    bodies(options.build, options.quick, records)
     ranks = flow_ranks.section(options.build, options.quick, records)
     reports.write(options.out, "flow", "Flow: speed", records, [passes, ranks])
 

@@ -1,7 +1,8 @@
 // Cell updates per second of the whole step (four stages, diffusivity, filter) in a cube, and where
 // the time goes. Usage: flow_speed [n ...] [-t threads] [-v] [-p] [-i isa] [-s steps]; without -t one
 // and two threads; -v with viscosity, -m with marked nodes in every pencil of the front, -p prints the
-// passes; -b a blast and -q a quiet gas with and without the active box; -l the limits of the machine.
+// passes; -b a blast and -q a quiet gas with and without the active box; -B a ball of 8,192 facets at rest
+// and moving against none; -l the limits of the machine.
 // With -j every run is one line of JSON as well. Under mpirun: the same cube on all ranks with one thread
 // each, in blocks -x nx ny nz; -w gives every rank a cube of its own; -l measures an exchange.
 //
@@ -17,8 +18,12 @@
 #include <string_view>
 #include <vector>
 
+#include <omp.h>
+
 #include "coupler/base/rank_exchange.hpp"
+#include "flow_solver/immersed/immersed_boundary.hpp"
 #include "flow_solver/pass_clock.hpp"
+#include "tests/unit/immersed_shapes.hpp"
 #include "tests/verification/flow_run.hpp"
 
 namespace {
@@ -235,6 +240,58 @@ void quiet(int n, bool json) {
   if (json) std::printf("{\"kind\": \"quiet\", \"n\": %d, \"part\": %g, \"share\": %g}\n", n, seconds[1] / seconds[0], share);
 }
 
+/// Processor time of a step (median) in a cube with a ball: none, at rest, and moving so many cells a step.
+void ball(int n, int steps, bool json) {
+  constexpr double without = -1.0;
+  const int threads = 1;
+  omp_set_num_threads(threads);  // of the bodies
+  double alone = 0.0;
+  for (const double cells_per_step : {without, 0.0, 0.02, 0.1}) {
+    FlowOptions o = unit_options();
+    o.threads = threads;
+    const Grid grid = uniform_grid({n, n, n}, {0, 0, 0}, {1, 1, 1});
+    const State quiet{.rho = 1.0, .p = 1.0};
+    Flow flow(grid, all_faces(BoundaryKind::outflow, quiet), o);
+    flow.set_state([&](double, double, double) { return quiet; });
+    std::vector<Body> body;
+    if (cells_per_step != without)
+      body.push_back({.name = "ball", .surface = testing::make_sphere({.45, .5, .5}, .25, 5), .moves = cells_per_step > 0.0});
+    const std::size_t facets = body.empty() ? 0 : body[0].surface.triangles.size() / 3;
+    ImmersedBoundary bodies(grid, o.gas, body, {});
+    if (!body.empty()) {
+      bodies.update_topology(flow.primitives());
+      flow.immerse(&bodies);
+    }
+    std::vector<double> seconds;
+    double t = 0.0;
+    for (int s = 0; s < steps; ++s) {
+      const double dt = flow.stable_step();
+      if (cells_per_step > 0.0) {
+        std::vector<double> x(bodies.position(0).begin(), bodies.position(0).end()), v(x.size(), 0.0);
+        for (std::size_t a = 0; a < x.size(); a += 3) {
+          x[a] += cells_per_step / n;
+          v[a] = cells_per_step / n / dt;
+        }
+        bodies.set_path(0, t, t + dt, x, v);
+      }
+      const double begin = cpu_now();
+      flow.advance(t, dt);
+      static_cast<void>(flow.stable_step());  // kept for the next step
+      seconds.push_back(cpu_now() - begin);
+      t += dt;
+    }
+    std::nth_element(seconds.begin(), seconds.begin() + steps / 2, seconds.end());
+    const double median = seconds[static_cast<std::size_t>(steps) / 2];
+    if (cells_per_step == without) alone = median;
+    std::printf("ball in %d^3, %zu facets, %g cells a step: %.1f ms a step, %.3f of one without\n", n, facets,
+                std::max(0.0, cells_per_step), 1e3 * median, median / alone);
+    if (json && cells_per_step != without) {
+      std::printf("{\"kind\": \"ball\", \"n\": %d, \"facets\": %zu, \"cells_per_step\": %g, \"seconds\": %g, \"part\": %g}\n", n,
+                  facets, cells_per_step, median, median / alone);
+    }
+  }
+}
+
 /// What the memory gives one thread: bytes read per second in eight streams.
 void limits(bool json) {
   constexpr std::size_t streams = 8, length = std::size_t{1} << 21;
@@ -269,7 +326,7 @@ int run(const Ranks& ranks, int argc, char** argv) {
     else if (arg == "-v") r.viscous = true;
     else if (arg == "-m") r.marked = true;
     else if (arg == "-j") r.json = true;
-    else if (arg == "-b" || arg == "-q" || arg == "-l") scene = arg[1];
+    else if (arg == "-b" || arg == "-q" || arg == "-B" || arg == "-l") scene = arg[1];
     else if (arg == "-p") r.passes = true;
     else if (arg == "-w") r.weak = true;
     else if (arg == "-x" && a + 3 < argc) {
@@ -287,6 +344,7 @@ int run(const Ranks& ranks, int argc, char** argv) {
   if (scene != ' ') {
     for (int n : r.sizes) {
       if (scene == 'q') quiet(n, r.json);
+      else if (scene == 'B') ball(n, r.steps > 0 ? r.steps : 9, r.json);
       else for (const double tolerance : {1e-9, 1e-6}) blast(n, tolerance, r.json);
     }
     return 0;
