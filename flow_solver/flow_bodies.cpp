@@ -209,7 +209,7 @@ void Flow::Core::correct_dilatation(int k) {
   }
 }
 
-void Flow::Core::correct_bulk(int k) {
+void Flow::Core::correct_bulk(int k, int j_begin, int j_end) {
   if (!bodies) return;
   const Block& w = ctx.W;
   // A mirrored ghost repeats the layer of its distance, another one the last node.
@@ -222,7 +222,11 @@ void Flow::Core::correct_bulk(int k) {
       if (along == n - 1 - (line.high == LaneEnd::domain_ghost ? 0 : g)) at[(n + g - along) * stride] = *at;
     }
   };
-  for (const WallNode& node : wall_nodes[static_cast<std::size_t>(k)]) {
+  const auto& nodes = wall_nodes[static_cast<std::size_t>(k)];
+  const auto above = [](const WallNode& node, int j) { return node.j < j; };
+  const auto begin = std::lower_bound(nodes.begin(), nodes.end(), j_begin, above);
+  for (auto n = begin; n != nodes.end() && n->j < j_end; ++n) {
+    const WallNode& node = *n;
     Real* at = w.data + node.i + node.j * w.sj + k * w.sk;
     at[field_bulk * w.sf] -= at[field_beta * w.sf] * static_cast<Real>(wall_dilatation(node, k));
     spread(0, node.i, 1, at + field_bulk * w.sf);
@@ -272,6 +276,8 @@ void Flow::Core::take_topology(bool convert) {
     set_segments(axis);
     add_wall_nodes(axis);
   }
+  for (auto& nodes : wall_nodes)
+    std::stable_sort(nodes.begin(), nodes.end(), [](const WallNode& a, const WallNode& b) { return a.j < b.j; });
 }
 
 void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {

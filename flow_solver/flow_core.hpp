@@ -85,7 +85,7 @@ struct Flow::Core {
   std::vector<PlaneMaxima> maxima;
   std::unique_ptr<BodiesInFlow> bodies;
   std::array<SegmentBatches, 3> segments;
-  std::vector<std::vector<WallNode>> wall_nodes;  ///< per plane k
+  std::vector<std::vector<WallNode>> wall_nodes;  ///< per plane k, by rows
   /// Shape of `mark`: bit 2 axis + (0 below, 1 above) where a wall hides the neighbour on that side.
   std::vector<std::uint8_t> wall_sides;
   bool prepared = false;  ///< coefficients belong to the current state
@@ -110,7 +110,7 @@ struct Flow::Core {
   [[nodiscard]] double wall_dilatation(const WallNode& node, int k) const;
   /// Dilatation, and the bulk pressure, of the wall nodes of plane k.
   void correct_dilatation(int k);
-  void correct_bulk(int k);
+  void correct_bulk(int k, int j_begin, int j_end);  ///< of rows [j_begin, j_end)
 
   void store_state(int i, int j, int k, const State& s);
   [[nodiscard]] FieldsView<Real> view_of(const Block& block, bool with_bulk) const;

@@ -145,7 +145,7 @@ long Flow::Core::run_stage_on_ranks() {
 #pragma omp parallel for schedule(static) num_threads(options.threads)
     for (int k = k0; k < k1; ++k) {
       kernels->bulk_rows(box, k, 0, n1);
-      correct_bulk(k);
+      correct_bulk(k, 0, ctx.n[1]);
       kernels->bulk_ghost_rows(box, k);
     }
   };

@@ -219,8 +219,8 @@ void Flow::Core::sweep_planes() {
   const int n1 = box.n[1], n2 = box.n[2];
   const DomainGhosts ghosts = domain_ghosts();
   const bool fill_here = ghosts_with_planes() && !ghosts_filled;
-  // Walls and the radius add their parts to the dilatation of the whole plane.
-  const bool whole_bulk = ctx.bulk && (bodies || radial.power > 0);
+  // The radius adds its part to the dilatation of the whole plane.
+  const bool whole_bulk = ctx.bulk && radial.power > 0;
   // Border fluxes across z are on their way meanwhile.
   BorderSums* const z_sums = ranks ? ranks->flux[2].get() : nullptr;
 #pragma omp parallel num_threads(options.threads)
@@ -251,8 +251,7 @@ void Flow::Core::sweep_planes() {
           for (const bool low : {true, false}) ghosts.fill_y(k + lo[2], low);
         }
         kernels->bulk_rows(plane, k, 0, n1);
-        correct_bulk(k + lo[2]);
-        if (radial.power > 0) radial_kernels->add_bulk(plane, k);
+        radial_kernels->add_bulk(plane, k);
         lap.book(Pass::bulk);
       }
       for (int g = 0; g < box.row_groups; ++g) {
@@ -265,6 +264,7 @@ void Flow::Core::sweep_planes() {
         }
         if (ctx.bulk && !whole_bulk && !bulk_is_ready) {
           kernels->bulk_rows(plane, k, j0, j1);
+          correct_bulk(k + lo[2], lo[1] + j0, lo[1] + j1);
           lap.book(Pass::bulk);
         }
         sweep_x(plane, own, k, g, g + 1);
@@ -286,7 +286,7 @@ void Flow::Core::sweep_planes() {
 void Flow::Core::sweep_one_plane() {
   if (ctx.bulk) {
     kernels->bulk_rows(box, 0, 0, box.n[1]);
-    correct_bulk(0);
+    correct_bulk(0, 0, ctx.n[1]);
     if (radial.power > 0) radial_kernels->add_bulk(box, 0);
     kernels->bulk_ghost_rows(box, 0);
   }
