@@ -16,8 +16,14 @@ ocublast_test(NAME test_charge_mapping LABEL verification SOURCES verification/c
               LIBRARIES ocublast_flow TIMEOUT 120)
 ocublast_test(NAME test_charge_runs LABEL verification SOURCES verification/charge_runs.cpp
               LIBRARIES ocublast_flow TIMEOUT 120)
-foreach(name kingery_bulmash mapping)
-  target_include_directories(test_charge_${name} PRIVATE ${CMAKE_SOURCE_DIR})
+ocublast_test(NAME test_point_blast LABEL verification SOURCES verification/point_blast.cpp
+              LIBRARIES ocublast_flow_waves TIMEOUT 120)
+# On finer grids.
+ocublast_test(NAME test_point_blast_long LABEL verification SOURCES verification/point_blast.cpp
+              LIBRARIES ocublast_flow_waves TIMEOUT 600 LONG)
+target_compile_definitions(test_point_blast_long PRIVATE OCU_LONG_TESTS)
+foreach(name charge_kingery_bulmash charge_mapping point_blast point_blast_long)
+  target_include_directories(test_${name} PRIVATE ${CMAKE_SOURCE_DIR})
 endforeach()
 
 add_executable(flow_accuracy bench/flow_accuracy.cpp)

@@ -1,5 +1,5 @@
 // Error against cells and time of the gas schemes on problems with known answers, one run per call:
-//   flow_accuracy run PROBLEM SCHEME N      prints error, processor seconds, steps
+//   flow_accuracy run PROBLEM SCHEME N FILE  prints error, processor seconds, steps; FILE holds the reference
 //   flow_accuracy initial PROBLEM N         prints "rho u v w p" of every cell
 //   flow_accuracy reference PROBLEM N       prints "value weight" of every cell: error = sum of weight
 //                                           |computed - value|
@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
 #include <functional>
 #include <numbers>
 #include <string>
@@ -177,14 +178,27 @@ std::vector<Reference> reference_of(const std::string& name, int n, const Grid& 
   return out;
 }
 
-int run(const std::string& name, const std::string& scheme, int n) {
+/// What `reference` printed; empty where the file does not hold a cell a line.
+std::vector<Reference> read_reference(const std::string& path, std::size_t cells) {
+  std::ifstream in(path);
+  std::vector<Reference> out;
+  for (Reference r; in >> r.value >> r.weight;) out.push_back(r);
+  if (out.size() != cells) out.clear();
+  return out;
+}
+
+int run(const std::string& name, const std::string& scheme, int n, const std::string& reference_file) {
   const Problem p = problem_of(name, n);
   Flow flow(p.grid, p.faces, options_of(scheme));
   flow.set_state(p.state);
   const std::clock_t start = std::clock();
   const RunSummary summary = run_to(flow, p.end);
   const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-  const auto reference = reference_of(name, n, p.grid);
+  const auto reference = read_reference(reference_file, p.grid.n_cells());
+  if (reference.empty()) {
+    std::fprintf(stderr, "flow_accuracy: '%s' is no reference for %s %d\n", reference_file.c_str(), name.c_str(), n);
+    return 2;
+  }
   double error = 0.0;
   std::size_t cell = 0;
   const auto W = flow.primitives();
@@ -218,10 +232,10 @@ int print_cells(const std::string& what, const std::string& name, int n) {
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
-  if (what == "run" && argc == 5) return ocublast::flow::run(argv[2], argv[3], std::atoi(argv[4]));
+  if (what == "run" && argc == 6) return ocublast::flow::run(argv[2], argv[3], std::atoi(argv[4]), argv[5]);
   if ((what == "initial" || what == "reference") && argc == 4) {
     return ocublast::flow::print_cells(what, argv[2], std::atoi(argv[3]));
   }
-  std::fprintf(stderr, "usage: flow_accuracy run PROBLEM SCHEME N | initial PROBLEM N | reference PROBLEM N\n");
+  std::fprintf(stderr, "usage: flow_accuracy run PROBLEM SCHEME N FILE | initial PROBLEM N | reference PROBLEM N\n");
   return 2;
 }

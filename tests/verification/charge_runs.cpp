@@ -114,9 +114,11 @@ struct Received {
   double impulse = 0.0;            ///< the same
 };
 
-/// The wave of 1 kg of TNT 5 m away, prescribed at the faces of a grid whose nearest one is 4 m away.
-Received receive_prescribed_wave(double h) {
-  const auto history = run(axis('x', 0, 2, h) + axis('y', 0, 1, h) + axis('z', 0, 1, h) + faces("outflow") +
+/// The wave of 1 kg of TNT 5 m away, prescribed at the faces of a grid whose nearest one is 4 m away and
+/// which is `width` wide.
+Received receive_prescribed_wave(double h, double width = 1.0) {
+  const double low = .5 - .5 * width, high = .5 + .5 * width;
+  const auto history = run(axis('x', 0, 2, h) + axis('y', low, high, h) + axis('z', low, high, h) + faces("outflow") +
                                "[[flow.charge]]\nsource = \"kingery_bulmash\"\ncenter_m = [-4.0, 0.5, 0.5]\nmass_kg = 1.0\n"
                                "[[flow.probe]]\nname = \"near\"\nposition_m = [1.0, 0.5, 0.5]\n",
                            7e-3);
@@ -139,9 +141,14 @@ TEST(ChargeRuns, APrescribedWaveTendsToItsCurvesInsideTheGrid) {
               "%+.1f %% of the curve (towards %+.1f %%), largest sample %+.1f / %+.1f %%, impulse %+.1f / %+.1f %%\n",
               1e3 * coarse_h, 1e3 * fine_h, 100 * coarse.front, 100 * fine.front, 100 * limit, 100 * coarse.peak,
               100 * fine.peak, 100 * coarse.impulse, 100 * fine.impulse);
-  // A captured front on 18 / 28 cells of wave loses height in proportion to the cell: the aim for charges,
-  // 5 %, is asked of the limit; of the impulse, which does not depend on the front's width, 10 %.
+  const Received wide = receive_prescribed_wave(coarse_h, 2.0);
+  std::printf("  on twice the width, cells of %.0f mm: front %+.1f %%, largest sample %+.1f %%, impulse %+.1f %%\n", 1e3 * coarse_h,
+              100 * wide.front, 100 * wide.peak, 100 * wide.impulse);
+  // The faces along the front's way have a part in what it loses: on twice the width it keeps more, on a
+  // line with one face (IncidentWaves) its largest value is 3 % low at 40 mm. In proportion to the cell all
+  // the same: the aim for charges, 5 %, is asked of the limit; of the impulse 10 %.
   EXPECT_LT(std::abs(limit), .05);
+  EXPECT_LT(std::abs(wide.front), std::abs(coarse.front));
   EXPECT_LT(std::abs(fine.front), std::abs(coarse.front));
   EXPECT_LT(std::abs(fine.impulse), .10);
 }
