@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -169,7 +170,7 @@ class Fields {
     view_.stride_f = row;
     view_.stride_j = row * n_primitive;
     view_.stride_k = view_.stride_j * (grid.axis[1].n + 2 * g_j);
-    values_.assign(static_cast<std::size_t>(view_.stride_k * (grid.axis[2].n + 2 * g_k)), NAN);
+    values_.assign(static_cast<std::size_t>(view_.stride_k * (grid.axis[2].n + 2 * g_k)), std::numeric_limits<Real>::quiet_NaN());
     view_.data = values_.data() + g_i + g_j * view_.stride_j + g_k * view_.stride_k;
   }
   /// Sets all nodes and ghosts from a function of position: p, T, u, v, w.
@@ -180,19 +181,19 @@ class Fields {
         for (int i = -grid.axis[0].ghosts(); i < grid.axis[0].n + grid.axis[0].ghosts(); ++i) {
           const std::array<double, 5> s =
               state(grid.axis[0].x(i), grid.axis[1].x(j), grid.axis[2].x(k));
-          view_(prim_rho, i, j, k) = density(gas, s[0], s[1]);
+          view_(prim_rho, i, j, k) = static_cast<Real>(density(gas, s[0], s[1]));
           for (int a = 0; a < 3; ++a)
-            view_(prim_u + a, i, j, k) = s[static_cast<std::size_t>(2 + a)];
-          view_(prim_T, i, j, k) = s[1];
+            view_(prim_u + a, i, j, k) = static_cast<Real>(s[static_cast<std::size_t>(2 + a)]);
+          view_(prim_T, i, j, k) = static_cast<Real>(s[1]);
         }
       }
     }
   }
-  [[nodiscard]] FieldsView<ocublast::flow::Real> view() { return view_; }
+  [[nodiscard]] FieldsView<Real> view() { return view_; }
 
  private:
-  std::vector<double> values_;
-  FieldsView<ocublast::flow::Real> view_;
+  std::vector<Real> values_;
+  FieldsView<Real> view_;
 };
 
 }  // namespace ocublast::flow::testing
