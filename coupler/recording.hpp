@@ -105,6 +105,7 @@ class TrafficWriter {
   void put(const void* data, std::size_t size);
   void put_out();
   void write(const void* data, std::size_t size);
+  void set_aside(std::size_t size);
 
   std::filesystem::path file_;
   int fd_ = -1;
@@ -124,6 +125,8 @@ class TrafficWriter {
 
   // Of the thread, and of close() after it.
   std::uint64_t offset_ = 0;
+  std::uint64_t file_bytes_ = 0;  ///< handed to the system
+  std::uint64_t set_aside_ = 0;   ///< bytes of the file whose space is taken already
   std::vector<std::uint64_t> index_;
   std::string buffer_;
   std::vector<std::uint64_t> checksums_;             ///< of the payload of each record

@@ -17,6 +17,7 @@ from coupler_harness import PATIENCE, CouplerTest, alive, children_of
 RUNS = int(os.environ.get("OCU_SOAK_RUNS", "12"))
 SLACK = float(os.environ.get("OCU_TEST_SLACK_S", "5"))
 WINDOWS = 50
+SILENCE = 2.0  # s: longer than a busy machine keeps a healthy process waiting
 SCHEMES = ("serial-explicit", "leap-frog", "parallel-explicit", "serial-implicit", "parallel-implicit")
 # Of a participant: in a window, while checkpoints are written, during the farewell.
 IN_WINDOW = ("kill", "stop", "exit", "abort", "not_finite", "size", "late")
@@ -27,7 +28,7 @@ OF_COUPLER = ("coupler-kill", "coupler-stop", "coupler-interrupt")
 class Soak(CouplerTest):
     def settings(self, scheme):
         keys = {"coupling.scheme": scheme, "coupling.checkpoint_every_windows": 10, "coupling.window_s": 0.01,
-                "coupling.silence_limit_s": 0.5, "coupling.start_limit_s": 2.0, "time.end_s": 0.01 * WINDOWS}
+                "coupling.silence_limit_s": SILENCE, "coupling.start_limit_s": 20.0, "time.end_s": 0.01 * WINDOWS}
         if scheme == "leap-frog":  # lock step: as many windows of its own width
             del keys["coupling.window_s"]
             keys["time.end_s"] = 0.005 * WINDOWS
@@ -50,7 +51,7 @@ class Soak(CouplerTest):
             number = {"coupler-kill": signal.SIGKILL, "coupler-stop": signal.SIGSTOP, "coupler-interrupt": signal.SIGINT}
             process.send_signal(number[kind])
             if kind == "coupler-stop":  # its solvers end by themselves; then it must still end in order
-                time.sleep(1.0)
+                time.sleep(SILENCE + 0.5)
                 process.send_signal(signal.SIGCONT)
         text = process.communicate(timeout=PATIENCE)[0]
         deadline = time.monotonic() + 2.0 + SLACK
