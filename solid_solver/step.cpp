@@ -390,9 +390,18 @@ void SolidRun::expand(AlignedVector<double>& field) const {
   for (const auto& c : constraints_) c->expand(field);
 }
 
-/// Loads that are there from the beginning accelerate from the beginning.
+/// Motions that begin at once give their nodes kinetic energy; loads that are there from the
+/// beginning accelerate from the beginning.
 void SolidRun::start(const Window& window) {
   started_ = true;
+  for (const auto& p : setup_.prescribed) {
+    const double now = p.velocity(window.t_begin);
+    for (const auto n : p.nodes) {
+      double& v = state_.velocity[4 * index(n) + p.direction];
+      if (team().counts(index(n))) sums_.external += 0.5 * mass_[index(n)] * (now * now - v * v);
+      v = now;
+    }
+  }
   if (forces_.empty()) return;
   const double square = residual_square();
   apply_forces({.t_old = window.t_begin, .t_new = window.t_begin, .dt = 0.0});

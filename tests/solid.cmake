@@ -7,7 +7,7 @@ target_include_directories(solid_rank_speed PRIVATE ${CMAKE_SOURCE_DIR})
 target_link_libraries(solid_rank_speed PRIVATE ocublast_solid_core ocublast_warnings)
 ocublast_test(NAME test_solid_elements LABEL unit SOURCES unit/solid_elements.cpp LIBRARIES ocublast_solid)
 ocublast_test(NAME test_solid_materials LABEL unit SOURCES unit/solid_materials.cpp LIBRARIES ocublast_solid)
-foreach(part dynamics waves columns statics vibrations stability contact)
+foreach(part dynamics control waves columns statics vibrations stability contact)
   ocublast_test(NAME test_solid_${part} LABEL verification SOURCES verification/solid_${part}.cpp
                 LIBRARIES ocublast_solid TIMEOUT 120)
 endforeach()
