@@ -18,8 +18,13 @@
 namespace ocublast::coupler {
 
 SharedValues SharedValues::from(std::vector<double> values) {
-  auto owner = std::make_shared<const std::vector<double>>(std::move(values));
+  auto owner = std::make_shared<std::vector<double>>(std::move(values));
   return {owner, *owner};
+}
+
+std::span<double> SharedValues::own() {
+  if (owner.use_count() > 1) *this = from({values.begin(), values.end()});
+  return {const_cast<double*>(values.data()), values.size()};  // no constants: `from` made them of a vector
 }
 
 namespace {

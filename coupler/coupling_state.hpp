@@ -13,12 +13,14 @@
 
 namespace ocublast::coupler {
 
-/// Numbers kept alive by whoever made them (a received message, a vector); shared, never changed.
+/// Numbers kept alive by whoever made them (a received message, a vector); never changed while shared.
 struct SharedValues {
   std::shared_ptr<const void> owner;
   std::span<const double> values;
 
   [[nodiscard]] static SharedValues from(std::vector<double> values);
+  /// The numbers to be changed; copied first where somebody else holds them too.
+  [[nodiscard]] std::span<double> own();
 };
 
 /// A window that the flow has finished and the solid has not (pipelined coupling).

@@ -49,11 +49,12 @@ void predict_wall(const WallHistory& history, int order, double width, std::span
   std::copy(history.velocity.begin(), history.velocity.end(), velocity.begin());
 }
 
-void keep_to_path(std::span<const double> before, double width, double share, std::span<double> motion) noexcept {
+void keep_to_path(std::span<double> path, double width, double share, std::span<double> motion) noexcept {
   const std::size_t n = motion.size() / 2;
   for (std::size_t i = 0; i < n; ++i) {
-    const double on_path = before[i] + 0.5 * width * (before[n + i] + motion[n + i]);
-    motion[i] = on_path + share * (motion[i] - on_path);
+    const double on_path = path[i] + 0.5 * width * (path[n + i] + motion[n + i]);
+    path[i] = motion[i] = on_path + share * (motion[i] - on_path);
+    path[n + i] = motion[n + i];
   }
 }
 

@@ -23,12 +23,12 @@ struct WallHistory {
 void predict_wall(const WallHistory& history, int order, double width, std::span<double> position,
                   std::span<double> velocity) noexcept;
 
-/// Pulls a predicted wall towards the path it is on. `before` and `motion` hold position and velocity
-/// [6 n] at both ends of a window of this width [s]. A position predicted anew in each window misses
+/// Pulls a predicted wall towards the path it is on. `path` and `motion` hold position and velocity
+/// [6 n] at the beginning and at the end of a window of this width [s]; `path` takes the end over. A position predicted anew in each window misses
 /// the path by some e; the cubic then bends by 6 e / width^2 at its end, and the gas in the first
 /// cell, heavy against a thin layer of solid in windows far below the flow's step, answers that with
 /// a load. So only `share` of e is made up for in this window:
 ///   x* <- x' + share (x* - x'),  x' = x_before + width (v_before + v*) / 2.
-void keep_to_path(std::span<const double> before, double width, double share, std::span<double> motion) noexcept;
+void keep_to_path(std::span<double> path, double width, double share, std::span<double> motion) noexcept;
 
 }  // namespace ocublast::coupler

@@ -52,9 +52,8 @@ void post_on_path(Exchange& exchange, CouplingState& state, const Settings& sett
   }
   const auto motion = exchange.motion_room();
   predict_motion(state, ask.window.t_end, order, motion);
-  if (!state.path_end.values.empty())
-    keep_to_path(state.path_end.values, width, width / state.stable_flow, motion);
-  state.path_end = SharedValues::from({motion.begin(), motion.end()});
+  if (state.path_end.values.empty()) state.path_end = SharedValues::from({motion.begin(), motion.end()});
+  else keep_to_path(state.path_end.own(), width, width / state.stable_flow, motion);
   exchange.post_motion(ask);
   state.wall_current = false;
 }

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
+
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -70,12 +72,12 @@ TEST(Predictor, FirstWindowAndLowerOrdersUseWhatThereIs) {
 
 TEST(KeepToPath, MakesUpForAShareOfWhatThePositionMisses) {
   // Position 1 m, velocity 2 m/s, then 4 m/s after half a second: on the path 1 + 0.5 * 3 = 2.5 m.
-  const double before[] = {1.0, 2.0};
   for (const double share : {0.0, 0.25, 1.0}) {
-    double motion[] = {3.5, 4.0};
-    keep_to_path(before, 0.5, share, motion);
+    double path[] = {1.0, 2.0}, motion[] = {3.5, 4.0};
+    keep_to_path(path, 0.5, share, motion);
     EXPECT_EQ(motion[0], 2.5 + share);  // exact in binary
     EXPECT_EQ(motion[1], 4.0);
+    EXPECT_TRUE(std::equal(path, path + 2, motion));  // the next window starts there
   }
 }
 
