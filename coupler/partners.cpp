@@ -26,6 +26,12 @@ constexpr double death_patience = 0.3;
 constexpr double abort_patience = 1.0;
 constexpr double tick_every = 1.0;
 
+/// The run ends with a participant's own code where that says more than that the link broke.
+PartnerFault fault_of(Party party, const ProcessEnd& end) {
+  const bool own_code = end.exit_code == 2 || end.exit_code == 4;
+  return {party, end.text(), own_code ? end.exit_code : 3};
+}
+
 }  // namespace
 
 SignalWatch::SignalWatch() {
@@ -65,9 +71,16 @@ std::filesystem::path Partners::log_of(Party party) const {
   return {};
 }
 
-std::optional<ProcessEnd> Partners::end_of(Party party) {
-  Child* c = child(party);
-  return c == nullptr ? std::nullopt : c->wait(death_patience);
+PartnerFault Partners::cause_of(const PartnerFault& fault) {
+  Child* c = fault.gone ? child(fault.party) : nullptr;
+  const auto end = c == nullptr ? std::nullopt : c->wait(death_patience);
+  if (!end) return fault;
+  try {
+    hear_last_words(fault.party, *end);
+  } catch (const PartnerFault& heard) {
+    return heard;
+  }
+  return fault_of(fault.party, *end);
 }
 
 void Partners::set_computing(Party party, bool computing) { computing_[index_of(party)] = computing; }
@@ -120,8 +133,7 @@ void Partners::hear_last_words(Party party, const ProcessEnd& end) {
     auto items = server_.poll_items();
     zmq::poll(items.data(), items.size(), link::time_left(deadline));
   }
-  const bool own_code = end.exit_code == 2 || end.exit_code == 4;
-  throw PartnerFault(party, end.text(), own_code ? end.exit_code : 3);
+  throw fault_of(party, end);
 }
 
 void Partners::check_lives() {

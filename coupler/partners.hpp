@@ -62,8 +62,9 @@ class Partners {
   void end_all(const std::string& reason, int exit_code) noexcept;
   /// After BYE: waits until the children have ended by themselves; a nonzero exit code is a fault.
   void await_children(double limit);
-  /// How a participant's process ended, waiting a moment; nothing where it lives or is not ours.
-  [[nodiscard]] std::optional<ProcessEnd> end_of(Party party);
+  /// What lies behind a fault: where sending found the participant gone, its last words or how its process
+  /// ended, waiting a moment; the fault itself where neither is known.
+  [[nodiscard]] PartnerFault cause_of(const PartnerFault& fault);
   /// Log of a child, empty path if that side was not started by us.
   [[nodiscard]] std::filesystem::path log_of(Party party) const;
 

@@ -413,9 +413,8 @@ std::string Session::describe(const PartnerFault& fault) {
                                     window_.t_begin, window_.t_end)
                       : fmt::format("after window {} (t = {:.6g} s)", state_.window, state_.time);
   const auto log = partners_.log_of(fault.party);
-  const auto end = fault.gone ? partners_.end_of(fault.party) : std::nullopt;
   std::string text = fmt::format("{} failed {}, {:.1f} s after the start: {}", who, when,
-                                 link::seconds_since(begin_), end ? end->text() : fault.what());
+                                 link::seconds_since(begin_), fault.what());
   if (!log.empty()) text += fmt::format("; its log: {}", log.string());
   return text;
 }
@@ -443,7 +442,8 @@ bool Session::run() {
   constexpr int log_lines = 15;
   try {
     return run_checked();
-  } catch (const PartnerFault& fault) {
+  } catch (const PartnerFault& first) {
+    const PartnerFault fault = partners_.cause_of(first);
     std::string text = describe(fault);
     const auto log = partners_.log_of(fault.party);
     const std::string tail = log.empty() ? std::string() : tail_of(log, log_lines);
