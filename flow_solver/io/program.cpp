@@ -13,6 +13,7 @@
 #include "coupler/base/version.hpp"
 #include "flow_solver/io/body_surface.hpp"
 #include "flow_solver/io/precision_case.hpp"
+#include "flow_solver/io/make_bodies.hpp"
 #include "flow_solver/io/run.hpp"
 
 namespace ocublast::flow::inline OCU_PRECISION {

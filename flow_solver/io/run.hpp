@@ -32,12 +32,6 @@ struct StartQuantity {
 /// the grid. Returns what came with them.
 std::vector<StartQuantity> apply_initial_state(const FlowCase& flow_case, const ChargeStart& charges, Flow& flow);
 
-/// Bodies with their surfaces; `coupled` are the solids' in the order of FlowCase::solids, or none
-/// where they are not known yet. Throws CaseError for a file that is no
-/// surface and for a body outside the grid.
-[[nodiscard]] std::vector<Body> make_bodies(const FlowCase& flow_case,
-                                            std::span<const link::InterfaceMesh> coupled);
-
 /// One run of the flow solver: set-up, steps, output. Alone or as a participant.
 class FlowRun {
  public:

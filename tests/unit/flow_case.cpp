@@ -1,4 +1,5 @@
 #include "flow_solver/io/flow_case.hpp"
+#include "flow_solver/io/make_bodies.hpp"
 #include "flow_solver/io/run.hpp"
 
 #include <filesystem>
