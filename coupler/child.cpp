@@ -7,11 +7,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <deque>
 #include <fstream>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -33,6 +35,13 @@ std::string ProcessEnd::text() const {
 }
 
 namespace {
+
+/// A closed connection is usually a process about to end, whose exit code says more.
+constexpr double close_patience = 0.3;
+/// One that is dying needs a processor to do so: a busy machine may keep it waiting.
+constexpr double take_down_patience = 5.0;
+/// mpirun ends its ranks within a second of the death of one.
+constexpr double launcher_patience = 1.5;
 
 std::vector<std::string> make_environment(
     const std::vector<std::pair<std::string, std::string>>& added) {
@@ -124,6 +133,25 @@ std::optional<ProcessEnd> Child::wait(double limit) {
   pollfd item{pidfd_, POLLIN, 0};
   ::poll(&item, 1, static_cast<int>(1000.0 * limit));
   return ended();
+}
+
+bool Child::being_taken_down() const {
+  std::ifstream stat(fmt::format("/proc/{}/stat", pid_));
+  std::string text;
+  std::getline(stat, text, '\0');
+  // After the name, which may hold anything: state, four numbers of groups and terminals, its foreground, flags.
+  std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+  std::string state;
+  long skipped = 0;
+  unsigned long flags = 0;
+  fields >> state >> skipped >> skipped >> skipped >> skipped >> skipped >> flags;
+  constexpr unsigned long exiting = 0x4;  // PF_EXITING of the kernel
+  return fields && (state == "Z" || (flags & exiting) != 0);
+}
+
+std::optional<ProcessEnd> Child::wait_after_close() {
+  if (guarded_) return wait(launcher_patience);
+  return wait(being_taken_down() ? take_down_patience : close_patience);
 }
 
 void Child::end(double patience) noexcept {

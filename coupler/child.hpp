@@ -45,11 +45,16 @@ class Child {
   [[nodiscard]] std::optional<ProcessEnd> ended();
   /// The same, waiting up to `limit` [s].
   [[nodiscard]] std::optional<ProcessEnd> wait(double limit);
+  /// For a process whose connection is closed, and that is about to end as a rule: waits a moment, longer
+  /// for one that the system takes down already and for a launcher, which has its ranks to end.
+  [[nodiscard]] std::optional<ProcessEnd> wait_after_close();
   /// Waits up to `patience` [s], then SIGTERM, half a second later SIGKILL, to the whole group; a guard
   /// does the same with all that descend from it.
   void end(double patience) noexcept;
 
  private:
+  [[nodiscard]] bool being_taken_down() const;
+
   Party party_ = Party::flow;
   bool guarded_ = false;
   pid_t pid_ = -1;

@@ -18,8 +18,11 @@ namespace {
 /// Stands for "no limit" where a wait is watched over by heartbeats alone.
 constexpr double no_limit = 1e9;
 
-/// Slots a sender may fill before the recording must have written the oldest.
-constexpr std::size_t unwritten_slots = link::memory_slots - 2;
+/// Slots for the orders to the flow, which has read one when it answers.
+constexpr unsigned unrecorded_slots = 2;
+
+/// Slots of this size that a sender may fill before the recording must have written the oldest.
+std::size_t unwritten_slots(std::size_t slot_bytes) { return link::memory_slots(slot_bytes) - 2; }
 
 bool all_zero(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return v == 0.0; });
@@ -31,7 +34,7 @@ Exchange::Exchange(Partners& partners, Server& server, const Settings& settings,
                    bool sends_force, TrafficWriter* traffic)
     : partners_(partners), server_(server), settings_(settings), interfaces_(std::move(interfaces)),
       components_(sends_force ? 3 : 1), traffic_(traffic), asked_(server.roster().size()),
-      answers_(server.roster().size()), in_memory_(server.roster().size()) {
+      answers_(server.roster().size()), in_memory_(server.roster().size()), unwritten_(server.roster().size()) {
   for (Interface& i : interfaces_) {
     i.first_flow = n_flow_;
     i.first_solid = n_solid_;
@@ -39,9 +42,13 @@ Exchange::Exchange(Partners& partners, Server& server, const Settings& settings,
     n_solid_ += i.n_solid;
     mapped_ = mapped_ || i.map;
   }
+  const std::size_t bytes = 6 * n_flow_ * sizeof(double);
   if (server.reads_memory(Party::flow))
-    motion_memory_ = link::SharedMemory(6 * n_flow_ * sizeof(double), link::memory_slots);
+    motion_memory_ = link::SharedMemory(bytes, traffic == nullptr ? unrecorded_slots : link::memory_slots(bytes));
   if (mapped_) motion_.resize(6 * n_solid_);
+  unwritten_[index_of(Party::flow)] = unwritten_slots((components_ * n_flow_ + 4 * interfaces_.size()) * sizeof(double));
+  for (std::size_t k = 0; k < interfaces_.size(); ++k)
+    unwritten_[index_of(solid_party(k))] = unwritten_slots(9 * interfaces_[k].n_solid * sizeof(double));
 }
 
 std::span<double> Exchange::motion_room() { return mapped_ ? std::span(motion_) : motion_to_send(); }
@@ -77,7 +84,7 @@ void Exchange::map_motion() {
 std::span<double> Exchange::motion_to_send() {
   const std::size_t n = 6 * n_flow_;
   if (motion_memory_) {
-    if (traffic_ != nullptr && motions_in_memory_.size() > unwritten_slots) {
+    if (traffic_ != nullptr && motions_in_memory_.size() > unwritten_slots(n * sizeof(double))) {
       traffic_->wait_written(motions_in_memory_.front());
       motions_in_memory_.pop_front();
     }
@@ -107,7 +114,7 @@ Header Exchange::make_step(Party party, const Ask& ask) const {
 /// The participant is about to fill its next slot: what lies there must have been recorded.
 void Exchange::spare_memory(Party party) {
   auto& records = in_memory_[index_of(party)];
-  while (records.size() > unwritten_slots) {
+  while (records.size() > unwritten_[index_of(party)]) {
     traffic_->wait_written(records.front());
     records.pop_front();
   }
@@ -256,10 +263,29 @@ void Exchange::check(Incoming& result) const {
   if (h.fields != 0 && h.n_vertices != asked.n_vertices)
     throw PartnerFault(party, fmt::format("RESULT of window {} has {} vertices, the interface "
                                           "mesh {}", h.window, h.n_vertices, asked.n_vertices));
+}
+
+/// Length, checksum and finiteness; false where only finiteness is left, and left to the caller.
+bool Exchange::check_values(Incoming& result) const {
+  const Header& h = result.header;
+  const auto bytes = result.payload();
+  if (checks_later_ && interfaces_.size() == 1 && h.memory.pid != 0 && bytes.size() == h.payload_bytes &&
+      h.payload_checksum == 0)
+    return false;
   try {
-    link::check_payload(h, result.payload());
+    link::check_payload(h, bytes);
   } catch (const LinkError& error) {
-    throw PartnerFault(party, error.what());
+    throw PartnerFault(result.party, error.what());
+  }
+  return true;
+}
+
+void Exchange::check_finite(const Answer& answer) const {
+  if (answer.checked) return;
+  try {
+    link::check_payload(answer.header(), answer.message->payload());
+  } catch (const LinkError& error) {
+    throw PartnerFault(answer.message->party, error.what());
   }
 }
 
@@ -269,11 +295,12 @@ void Exchange::accept(Incoming message) {
   if (message.header.kind != Kind::result || !asked_[i] || answers_[i])
     throw PartnerFault(party, fmt::format("sent {} while RESULT was awaited", link::to_word(message.header.kind)));
   check(message);
+  const bool checked = check_values(message);
   asked_[i].reset();
   partners_.set_computing(party, false);
   auto kept = std::make_shared<Incoming>(std::move(message));
   Answer answer{.totals = kept->header, .owner = kept, .view = link::view_payload(kept->header, kept->payload()),
-                .message = kept, .record = {}, .each = {}};
+                .message = kept, .record = {}, .each = {}, .checked = checked};
   if (traffic_ != nullptr) {
     const Direction direction{party, true};
     if (kept->header.memory.pid == 0) {

@@ -22,6 +22,7 @@ struct Answer {
   std::shared_ptr<Incoming> message;         ///< where one participant answered: can be passed on as it is
   std::optional<std::uint64_t> record;       ///< what the recording calls it
   std::vector<link::Header> each;            ///< of several solids: their own
+  bool checked = true;                       ///< that its values are finite; else see Exchange::check_finite
 
   [[nodiscard]] const link::Header& header() const { return totals; }
   [[nodiscard]] const link::PayloadView& values() const { return view; }
@@ -54,6 +55,12 @@ class Exchange {
     std::uint64_t zero_before = 0;           ///< CouplingState::zero_loads
   };
 
+  /// From now on the finiteness of values that came through shared memory is the caller's to see to, before
+  /// they count: while it waits anyway, or where it reads them anyway.
+  void check_later() { checks_later_ = true; }
+  /// Throws PartnerFault that names the first value of an answer that is not finite.
+  void check_finite(const Answer& answer) const;
+
   /// Numbers that make a load: overpressure Pa, or force [n, 3] N, at the flow's vertices.
   [[nodiscard]] std::size_t n_loads() const { return components_ * n_flow_; }
   [[nodiscard]] static std::span<const double> load_of(const Answer& flow) {
@@ -63,6 +70,8 @@ class Exchange {
   /// sent by post_motion.
   [[nodiscard]] std::span<double> motion_room();
   void post_motion(const Ask& ask);
+  /// Whether what was in the room stays there after it has been sent, until the room has been asked for twice.
+  [[nodiscard]] bool keeps_motion() const { return motion_memory_ && !mapped_; }
   /// Position [n, 3] m of the solids' vertices that the flow was last told; empty where nothing is
   /// mapped. A resumed run puts it back.
   [[nodiscard]] std::span<const double> wall() const { return wall_; }
@@ -91,6 +100,7 @@ class Exchange {
   [[nodiscard]] std::span<double> motion_to_send();
   void map_motion();
   void check(Incoming& result) const;
+  [[nodiscard]] bool check_values(Incoming& result) const;
   void accept(Incoming message);
   [[nodiscard]] Answer collect(Party party);
   [[nodiscard]] Answer combine(std::vector<Answer> answers, const CouplingState& state) const;
@@ -115,6 +125,8 @@ class Exchange {
   /// Numbers of the last records whose payloads lie in shared memory, by who wrote it.
   std::vector<std::deque<std::uint64_t>> in_memory_;
   std::deque<std::uint64_t> motions_in_memory_;
+  std::vector<std::size_t> unwritten_;      ///< by party: so many of those the recording may owe
+  bool checks_later_ = false;
 };
 
 }  // namespace ocublast::coupler

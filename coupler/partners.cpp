@@ -18,10 +18,11 @@ using link::to_word;
 
 namespace {
 
-/// A solver that gives up says so and ends; its last words may arrive after its death is seen.
-constexpr double last_words_patience = 0.05;
-/// A closed connection is usually a process about to end, whose exit code says more.
-constexpr double death_patience = 0.3;
+/// A solver that gives up says so and ends; its last words may arrive after its death is seen. All have
+/// arrived once its connection is seen closed, which a busy machine may delay.
+constexpr double last_words_patience = 1.0;
+/// The same for one that has not been admitted: its connection is not known.
+constexpr double first_words_patience = 0.05;
 /// Time the others get to end by themselves after ABORT.
 constexpr double abort_patience = 1.0;
 constexpr double tick_every = 1.0;
@@ -72,15 +73,15 @@ std::filesystem::path Partners::log_of(Party party) const {
 }
 
 PartnerFault Partners::cause_of(const PartnerFault& fault) {
-  Child* c = fault.gone ? child(fault.party) : nullptr;
-  const auto end = c == nullptr ? std::nullopt : c->wait(death_patience);
-  if (!end) return fault;
+  if (!fault.gone) return fault;
+  Child* c = child(fault.party);
+  const auto end = c == nullptr ? std::nullopt : c->wait_after_close();
   try {
-    hear_last_words(fault.party, *end);
+    static_cast<void>(hear_last_words(fault.party));
   } catch (const PartnerFault& heard) {
     return heard;
   }
-  return fault_of(fault.party, *end);
+  return end ? fault_of(fault.party, *end) : fault;
 }
 
 void Partners::set_computing(Party party, bool computing) { computing_[index_of(party)] = computing; }
@@ -119,32 +120,34 @@ std::optional<Incoming> Partners::take_new() {
   return message;
 }
 
-/// A process has ended: what it sent before is kept if there is something, else it is to blame.
-void Partners::hear_last_words(Party party, const ProcessEnd& end) {
+/// Reads on until nothing of a participant can come any more. What it sent before is kept: then true. Its
+/// ABORT is thrown.
+bool Partners::hear_last_words(Party party) {
   if (std::any_of(pending_.begin(), pending_.end(), [&](const Incoming& m) { return m.party == party; }))
-    return;
-  const auto deadline = Clock::now() + link::seconds(last_words_patience);
-  while (Clock::now() < deadline) {
-    while (auto message = take_new()) {  // throws on its ABORT
+    return true;
+  const double patience = server_.admitted(party) ? last_words_patience : first_words_patience;
+  const auto deadline = Clock::now() + link::seconds(patience);
+  while (true) {
+    while (auto message = take_new()) {
       const bool its_own = message->party == party;
       pending_.push_back(std::move(*message));
-      if (its_own) return;
+      if (its_own) return true;
     }
+    if (server_.lost(party) || Clock::now() >= deadline) return false;
     auto items = server_.poll_items();
     zmq::poll(items.data(), items.size(), link::time_left(deadline));
   }
-  throw fault_of(party, end);
 }
 
 void Partners::check_lives() {
   for (Child& c : children_)
     if (!over_[index_of(c.party())])
-      if (const auto end = c.ended()) hear_last_words(c.party(), *end);
+      if (const auto end = c.ended(); end && !hear_last_words(c.party())) throw fault_of(c.party(), *end);
   for (const Party party : server_.roster().all()) {
     if (over_[index_of(party)] || !server_.lost(party)) continue;
     if (Child* c = child(party))
-      if (const auto end = c->wait(death_patience)) {
-        hear_last_words(party, *end);
+      if (const auto end = c->wait_after_close()) {
+        if (!hear_last_words(party)) throw fault_of(party, *end);
         return;
       }
     throw PartnerFault(party, "closed its connection, or sent no heartbeat in time");

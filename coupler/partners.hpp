@@ -72,7 +72,7 @@ class Partners {
   [[nodiscard]] Child* child(Party party);
   void poll_once(link::Clock::time_point until);
   void check_lives();
-  void hear_last_words(Party party, const ProcessEnd& end);
+  [[nodiscard]] bool hear_last_words(Party party);
   [[nodiscard]] std::optional<Incoming> take();      ///< kept messages first
   [[nodiscard]] std::optional<Incoming> take_new();
   void keep_alive(const std::string& what);

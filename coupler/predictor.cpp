@@ -1,12 +1,22 @@
 #include "coupler/predictor.hpp"
 
 #include <algorithm>
+#include <cstddef>
+
+#include "coupler/link/payload.hpp"
 
 namespace ocublast::coupler {
 namespace {
 
-__attribute__((target_clones("avx512f", "avx2", "default"))) void predict_second_order(const WallHistory& history, double width, std::span<double> position,
-                          std::span<double> velocity) noexcept {
+inline double pull(const PathBegin& path, double x_before, double v_before, double x_end, double v_end) noexcept {
+  const double on_path = x_before + 0.5 * path.width * (v_before + v_end);
+  return on_path + path.share * (x_end - on_path);
+}
+
+/// One pass over all: at large meshes memory is the limit.
+template <bool follows>
+inline __attribute__((always_inline)) bool predict_second_order(const WallHistory& history, double width, std::span<double> position,
+                                                                std::span<double> velocity, PathBegin path) noexcept {
   const double ratio = width / history.width_before;
   const double half_width = 0.5 * width;
   const double* x = history.position.data();
@@ -15,11 +25,44 @@ __attribute__((target_clones("avx512f", "avx2", "default"))) void predict_second
   double* __restrict x_star = position.data();
   double* __restrict v_star = velocity.data();
   const std::size_t n = position.size();
-  for (std::size_t i = 0; i < n; ++i) {
+  const double* x_path = path.motion.data();
+  const double* v_path = x_path + (follows ? n : 0);
+  // 0 x is 0 for a finite x and not a number else. Eight sums, so that the loop vectorises without
+  // reordering any of them.
+  constexpr std::size_t lanes = 8;
+  double sums[lanes] = {};
+  std::size_t i = 0;
+  for (; i + lanes <= n; i += lanes)
+    for (std::size_t k = 0; k < lanes; ++k) {
+      const double v_end = v[i + k] + ratio * (v[i + k] - v_before[i + k]);
+      double x_end = x[i + k] + half_width * (v[i + k] + v_end);  // constant acceleration: trapezium is exact
+      if constexpr (follows) x_end = pull(path, x_path[i + k], v_path[i + k], x_end, v_end);
+      x_star[i + k] = x_end;
+      v_star[i + k] = v_end;
+      sums[k] += 0.0 * (x_end + v_end);
+    }
+  for (; i < n; ++i) {
     const double v_end = v[i] + ratio * (v[i] - v_before[i]);
-    x_star[i] = x[i] + half_width * (v[i] + v_end);  // constant acceleration: trapezium is exact
+    double x_end = x[i] + half_width * (v[i] + v_end);
+    if constexpr (follows) x_end = pull(path, x_path[i], v_path[i], x_end, v_end);
+    x_star[i] = x_end;
     v_star[i] = v_end;
+    sums[0] += 0.0 * (x_end + v_end);
   }
+  double sum = 0.0;
+  for (const double s : sums) sum += s;
+  return sum == 0.0;
+}
+
+__attribute__((target_clones("avx512f", "avx2", "default"))) bool predict_free(
+    const WallHistory& history, double width, std::span<double> position, std::span<double> velocity) noexcept {
+  return predict_second_order<false>(history, width, position, velocity, {});
+}
+
+__attribute__((target_clones("avx512f", "avx2", "default"))) bool predict_on_path(
+    const WallHistory& history, double width, std::span<double> position, std::span<double> velocity,
+    const PathBegin& path) noexcept {
+  return predict_second_order<true>(history, width, position, velocity, path);
 }
 
 void predict_with_acceleration(const WallHistory& history, double width, std::span<double> position,
@@ -33,29 +76,24 @@ void predict_with_acceleration(const WallHistory& history, double width, std::sp
 
 }  // namespace
 
-void predict_wall(const WallHistory& history, int order, double width, std::span<double> position,
-                  std::span<double> velocity) noexcept {
-  if (order >= 2 && !history.acceleration.empty()) {
+bool predict_wall(const WallHistory& history, int order, double width, std::span<double> position,
+                  std::span<double> velocity, const PathBegin& path) noexcept {
+  const bool accelerated = order >= 2 && !history.acceleration.empty();
+  if (order >= 2 && !accelerated && history.width_before > 0.0)
+    return path.motion.empty() ? predict_free(history, width, position, velocity)
+                               : predict_on_path(history, width, position, velocity, path);
+  if (accelerated) {
     predict_with_acceleration(history, width, position, velocity);
-    return;
+  } else {
+    const double w = order >= 1 ? width : 0.0;
+    for (std::size_t i = 0; i < position.size(); ++i)
+      position[i] = history.position[i] + w * history.velocity[i];
+    std::copy(history.velocity.begin(), history.velocity.end(), velocity.begin());
   }
-  if (order >= 2 && history.width_before > 0.0) {
-    predict_second_order(history, width, position, velocity);
-    return;
-  }
-  const double w = order >= 1 ? width : 0.0;
-  for (std::size_t i = 0; i < position.size(); ++i)
-    position[i] = history.position[i] + w * history.velocity[i];
-  std::copy(history.velocity.begin(), history.velocity.end(), velocity.begin());
-}
-
-void keep_to_path(std::span<double> path, double width, double share, std::span<double> motion) noexcept {
-  const std::size_t n = motion.size() / 2;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double on_path = path[i] + 0.5 * width * (path[n + i] + motion[n + i]);
-    path[i] = motion[i] = on_path + share * (motion[i] - on_path);
-    path[n + i] = motion[n + i];
-  }
+  if (!path.motion.empty())
+    for (std::size_t i = 0; i < position.size(); ++i)
+      position[i] = pull(path, path.motion[i], path.motion[position.size() + i], position[i], velocity[i]);
+  return link::all_finite(position) && link::all_finite(velocity);
 }
 
 }  // namespace ocublast::coupler

@@ -4,6 +4,7 @@
 
 #include "coupler/coupling_state.hpp"
 #include "coupler/exchange.hpp"
+#include "coupler/predictor.hpp"
 #include "coupler/settings.hpp"
 #include "coupler/time_window.hpp"
 
@@ -37,15 +38,22 @@ class Scheme {
 
 // What the schemes have in common.
 
-/// Predicts the wall at `t_end` [s] from the state into `values`: position and velocity [6 n].
-void predict_motion(const CouplingState& state, double t_end, int order, std::span<double> values);
+/// Order of the predictor in a window of this width [s]: lower where theta = Z w / M is above its limit.
+[[nodiscard]] int allowed_order(const Settings& settings, const CouplingState& state, double width);
+/// Predicts the wall at `t_end` [s] from the state into `values`: position and velocity [6 n]. See
+/// predict_wall for what it returns.
+bool predict_motion(const CouplingState& state, double t_end, int order, std::span<double> values,
+                    const PathBegin& path = {});
 /// Sends the predicted wall to the flow, or that it rests.
 void post_predicted(Exchange& exchange, CouplingState& state, const Exchange::Ask& ask, int order);
 /// The same for explicit schemes, which go on from where they sent the wall: in windows shorter than
-/// the flow's own step it keeps to its path (keep_to_path), and what is missing is made up for within
-/// about a flow step.
+/// the flow's own step it keeps to its path (PathBegin), and what is missing is made up for within
+/// about a flow step. `made`: predict_on_path has put it into the exchange's motion_room already.
 void post_on_path(Exchange& exchange, CouplingState& state, const Settings& settings, const Exchange::Ask& ask,
-                  int order);
+                  int order, bool made = false);
+/// The wall that post_on_path sends for a window; see predict_wall for what it returns.
+bool predict_on_path(const CouplingState& state, const Settings& settings, const TimeWindow& window, int order,
+                     std::span<double> motion);
 /// Sends the flow's load to the solid: as it came, scaled by the start-up ramp, or that it is zero.
 void post_answered_load(Exchange& exchange, const Settings& settings, const CouplingState& state,
                         const Exchange::Ask& ask, const Answer& flow);

@@ -158,7 +158,9 @@ std::optional<Incoming> Server::receive() {
     if (in.header.run_id != setup_.run_id)
       throw LinkError(fmt::format("message refused: of run {:016x}, this one is {:016x}",
                                   in.header.run_id, setup_.run_id));
-    if (in.header.seq != known->received + 1)
+    // ABORT may overtake a packet that was sent before it, and ends everything anyway.
+    const bool overtakes = in.header.kind == Kind::abort && known->packets && in.header.seq > known->received;
+    if (in.header.seq != known->received + 1 && !overtakes)
       throw LinkError(fmt::format("message refused: {} has number {}, expected {}",
                                   to_word(in.header.kind), in.header.seq, known->received + 1));
     if (in.header.memory.pid != 0) {
@@ -201,6 +203,8 @@ Party Server::greet(const std::string& routing_id, const zmq::message_t& frame, 
   if (!host.empty() && (from == nullptr || host != from))
     throw LinkError(fmt::format("refused: the {} side connects from {}, the case has it at {}", word,
                                 from == nullptr ? "nowhere known" : from, host));
+  // The end of an older connection, which had the number of this one, must not be taken for this one's.
+  watch_connections();
   Peer& p = peer(party);
   if (p.admitted)
     throw LinkError(fmt::format("refused: a {} participant is here already ({})",

@@ -81,6 +81,10 @@ class Session {
   CouplingState state_;
   std::uint64_t mesh_hash_ = 0;
   TimeWindow window_;
+  struct {
+    std::uint64_t window = 0;
+    double time = 0.0;  ///< s
+  } finished_;  ///< by both, and nothing found wrong with it
   std::string phase_ = "during the handshake";
   std::optional<TrafficWriter> traffic_;
   std::optional<WindowLog> rows_;
@@ -137,6 +141,7 @@ void Session::load_resume() {
   state_ = resumed_->state;
   window_.number = first_window_ = last_checkpoint_window_ = state_.window;
   window_.t_end = first_time_ = last_checkpoint_time_ = state_.time;
+  finished_ = {state_.window, state_.time};
   if (resumed_->case_hash != settings_.case_hash)
     throw CaseError(fmt::format("--resume {}: the checkpoint is of case {:016x}, this case is {:016x}; "
                                 "resume with the same case file and --set", options_.resume.string(),
@@ -246,13 +251,12 @@ int Session::predictor_order(double width) {
         "coupling.allow_unstable = true",
         window_.number, window_.t_begin, theta, state_.impedance, width, state_.mass_per_area,
         settings_.theta_refuse));
-  if (theta <= settings_.theta_warn) return settings_.predictor_order;
-  if (!std::exchange(warned_theta_, true)) {
-      log_->warn("theta = {:.3g} is above {:.3g} from window {} (t = {:.6g} s) on: predictor of order 1",
-                 theta, settings_.theta_warn, window_.number, window_.t_begin);
-      events_.note("theta", {{"window", window_.number}, {"theta", theta}, {"limit", settings_.theta_warn}});
-    }
-  return std::min(settings_.predictor_order, 1);
+  if (theta > settings_.theta_warn && !std::exchange(warned_theta_, true)) {
+    log_->warn("theta = {:.3g} is above {:.3g} from window {} (t = {:.6g} s) on: predictor of order 1",
+               theta, settings_.theta_warn, window_.number, window_.t_begin);
+    events_.note("theta", {{"window", window_.number}, {"theta", theta}, {"limit", settings_.theta_warn}});
+  }
+  return allowed_order(settings_, state_, width);
 }
 
 void Session::advance() {
@@ -262,6 +266,7 @@ void Session::advance() {
   const double theta = state_.mass_per_area > 0.0
                            ? state_.impedance * window_.width() / state_.mass_per_area : 0.0;
   const WindowReports reports = scheme_->advance(state_, window_, order);
+  finished_ = {state_.window, state_.time};
   const double elapsed = link::seconds_since(begin);
   const double overhead = elapsed - reports.flow.compute_seconds - reports.solid.compute_seconds;
   wall_.flow += reports.flow.compute_seconds;
@@ -406,12 +411,12 @@ std::string Session::describe(const PartnerFault& fault) {
   const std::string& program = server_.program(fault.party);
   const std::string word = settings_.roster.word(fault.party);
   const std::string who = program.empty() ? word : fmt::format("{} ({})", word, program);
-  const bool in_window = window_.number > state_.window;
+  const bool in_window = window_.number > finished_.window;
   const std::string when =
       !phase_.empty() ? phase_
       : in_window     ? fmt::format("in window {} (t = {:.6g} s to {:.6g} s)", window_.number,
                                     window_.t_begin, window_.t_end)
-                      : fmt::format("after window {} (t = {:.6g} s)", state_.window, state_.time);
+                      : fmt::format("after window {} (t = {:.6g} s)", finished_.window, finished_.time);
   const auto log = partners_.log_of(fault.party);
   std::string text = fmt::format("{} failed {}, {:.1f} s after the start: {}", who, when,
                                  link::seconds_since(begin_), fault.what());
@@ -422,7 +427,7 @@ std::string Session::describe(const PartnerFault& fault) {
 void Session::fail(const std::string& text, int exit_code) {
   if (::isatty(STDOUT_FILENO) != 0 && !options_.quiet) std::printf("\n");
   log_->info("the run ends: {}", text);
-  events_.note("failed", {{"window", state_.window}, {"time_s", state_.time}, {"exit_code", exit_code}, {"reason", text.substr(0, text.find('\n'))}});
+  events_.note("failed", {{"window", finished_.window}, {"time_s", finished_.time}, {"exit_code", exit_code}, {"reason", text.substr(0, text.find('\n'))}});
   tell_status("failed", text.substr(0, text.find('\n')));
   partners_.end_all(text.substr(0, text.find('\n')), exit_code);
   try {

@@ -123,8 +123,8 @@ void Participant::ready(double stable_step, std::uint64_t window, double time,
   header.takes_packets = static_cast<bool>(s.packets);
   header.takes_force = s.takes_force;
   const std::size_t most = s.connection.role == Role::flow ? s.load_components() : 9;
-  if (s.coupler_reads && s.n_vertices > 0)
-    s.memory = SharedMemory((most * s.n_vertices + s.balance_doubles()) * sizeof(double), memory_slots);
+  const std::size_t bytes = (most * s.n_vertices + s.balance_doubles()) * sizeof(double);
+  if (s.coupler_reads && s.n_vertices > 0) s.memory = SharedMemory(bytes, memory_slots(bytes));
   std::vector<std::span<const double>> parts;
   const std::size_t n = 3 * s.n_vertices;
   add_part(header, parts, motion.position, field::position, n, "position");

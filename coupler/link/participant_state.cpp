@@ -109,7 +109,9 @@ std::optional<Header> Participant::State::take() {
   if (!next) next = take_frames();
   if (!next) return {};
   const Header& header = *next;
-  if (header.seq != received + 1)
+  // ABORT may overtake a packet that was sent before it, and ends everything anyway.
+  const bool overtakes = header.kind == Kind::abort && packets && header.seq > received;
+  if (header.seq != received + 1 && !overtakes)
     throw error(fmt::format("{} with number {}, expected {}", to_word(header.kind), header.seq,
                             received + 1));
   received = header.seq;

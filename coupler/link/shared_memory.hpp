@@ -41,8 +41,13 @@ class SharedMemory {
   unsigned slots_ = 0;
 };
 
-/// Slots of a sender: the receiver may still use the results of so many windows less two.
-inline constexpr unsigned memory_slots = 8;
+/// Slots of a participant for payloads of this size: the receiver may still use the results of so many
+/// windows less two. The coupler keeps two windows of motion. More slots let a recording lag behind; all are
+/// gone through in turn, so that large ones push each other out of the cache.
+[[nodiscard]] constexpr unsigned memory_slots(std::size_t slot_bytes) {
+  constexpr std::size_t large = std::size_t{1} << 20;
+  return slot_bytes < large ? 8 : 4;
+}
 
 /// A page that holds a random mark: whoever reads the mark there can share memory with this process.
 class MemoryProbe {

@@ -163,7 +163,8 @@ class Network(CouplerTest):
         endpoint = f"tcp://{self.ADDRESS}:46803"
         for address, code in (("10.77.2.2", 0), ("10.77.2.9", 3)):
             out = "out" + str(code)
-            more = ("--set", f"coupling.hosts.solid={address}", "--set", "coupling.start_limit_s=3.0")
+            # A solid that is refused has to be there before the run ends, one that is not in time at all.
+            more = ("--set", f"coupling.hosts.solid={address}", "--set", f"coupling.start_limit_s={6.0 if code else PATIENCE}")
             coupler = self.launch("c", [os.path.join(BIN, "coupler"), self.case, "--out", self.path(out), "--quiet", "--endpoint",
                                         endpoint, "--keys", self.path("keys"), "--flow", FLOW, *more])
             self.wait_for(out, "connection.env")
@@ -240,7 +241,8 @@ class Tools(CouplerTest):
 
     def test_status_of_a_killed_coupler(self):
         process = self.start("--set", "flow.fault=hang", "--set", "flow.fault_window=10")
-        self.wait_for("out", "status.json")
+        # All are started: none of them holds the coupler's lock any more, as before its exec.
+        self.wait_for_line("out", "log", "flow.log", text="hangs in window 10")
         self.assertNotIn("gone", self.tool("status", self.path("out")).text)
         process.kill()
         process.communicate()

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "coupler/base/errors.hpp"
@@ -70,15 +72,43 @@ TEST(Predictor, FirstWindowAndLowerOrdersUseWhatThereIs) {
   EXPECT_EQ(predict(1.0, 2.0, 9.0, 0.5, 0, 0.5).v, 2.0);
 }
 
-TEST(KeepToPath, MakesUpForAShareOfWhatThePositionMisses) {
-  // Position 1 m, velocity 2 m/s, then 4 m/s after half a second: on the path 1 + 0.5 * 3 = 2.5 m.
-  for (const double share : {0.0, 0.25, 1.0}) {
-    double path[] = {1.0, 2.0}, motion[] = {3.5, 4.0};
-    keep_to_path(path, 0.5, share, motion);
-    EXPECT_EQ(motion[0], 2.5 + share);  // exact in binary
-    EXPECT_EQ(motion[1], 4.0);
-    EXPECT_TRUE(std::equal(path, path + 2, motion));  // the next window starts there
-  }
+TEST(Predictor, SaysWhetherAllItMadeIsFinite) {
+  // 21 numbers: two blocks of eight lanes and a rest. Whatever is wrong at any place of any array must show.
+  constexpr std::size_t n = 21;
+  const double inf = std::numeric_limits<double>::infinity();
+  for (const int order : {0, 1, 2})
+    for (const bool accelerated : {false, true}) {
+      std::array<double, n> x{}, v{}, before{}, a{}, x_star{}, v_star{};
+      x.fill(1.0);
+      v.fill(2.0);
+      WallHistory history{.position = x, .velocity = v, .velocity_before = before, .width_before = 0.5};
+      if (accelerated) history.acceleration = a;
+      const auto finite = [&] { return predict_wall(history, order, 0.5, x_star, v_star); };
+      EXPECT_TRUE(finite());
+      std::vector<std::array<double, n>*> read{&x, &v};
+      if (accelerated && order == 2) read.push_back(&a);
+      for (auto* values : read)
+        for (std::size_t i = 0; i < n; ++i)
+          for (const double bad : {inf, -inf, std::nan("")}) {
+            const double kept = std::exchange((*values)[i], bad);
+            EXPECT_FALSE(finite()) << "order " << order << ", number " << i << " is " << bad;
+            (*values)[i] = kept;
+          }
+    }
+}
+
+TEST(Predictor, MakesUpForAShareOfWhatThePositionMisses) {
+  // Sent to 1 m, 2 m/s; predicted 3.5 m, 4 m/s half a second later: on the path 1 + 0.5 * 3 = 2.5 m.
+  const std::array<double, 1> x{1.5}, v{4.0};
+  const std::array<double, 2> sent{1.0, 2.0};
+  for (const int order : {1, 2})  // constant velocity: both orders are exact in binary
+    for (const double share : {0.0, 0.25, 1.0}) {
+      std::array<double, 1> x_star{}, v_star{};
+      predict_wall({.position = x, .velocity = v, .velocity_before = v, .width_before = 0.25}, order, 0.5, x_star, v_star,
+                   {.motion = sent, .width = 0.5, .share = share});
+      EXPECT_EQ(x_star[0], 2.5 + share);
+      EXPECT_EQ(v_star[0], 4.0);
+    }
 }
 
 TEST(TimeWindow, TheLastOneEndsExactlyAtTheEndAndNoneIsASliver) {
