@@ -129,6 +129,19 @@ class Several(CouplerTest):
                 print(f"{scheme} {column}: {worst / size:.1e} of {size:.3g}")
                 self.assertLess(worst, accepted)
 
+    def test_two_solids_on_two_ranks_each_move_as_on_one(self):
+        case = self.two()
+        self.completed(case, out="one")
+        self.completed(case, "--ranks-flow", 2, "--ranks-solid", 2, out="ranks")
+        for side in ("left", "right"):
+            one, ranks = (self.table(out, side, "solid_probes.csv") for out in ("one", "ranks"))
+            self.assertEqual(len(one), len(ranks))
+            for column in ("piston_displacement_x_m", "piston_velocity_x_m_s"):
+                size = max(abs(row[column]) for row in one)
+                worst = max(abs(a[column] - b[column]) for a, b in zip(one, ranks))
+                print(f"two ranks each, {side} {column}: {worst / size:.1e} of {size:.3g}")
+                self.assertLess(worst, 1e-8 * size)  # tables hold nine digits
+
     def test_a_flow_in_python_serves_two_solids(self):
         self.case = self.two(end=2e-4)
         process = self.start("--mesh-dir", self.path("mesh"), "--await", "--set", "coupling.window=fixed", "--set",
