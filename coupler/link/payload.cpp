@@ -13,13 +13,19 @@
 #include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
+#include "coupler/link/checksum_wide.hpp"
 
 namespace ocublast::link {
 
 static_assert(std::endian::native == std::endian::little, "payloads are little-endian");
 static_assert(sizeof(double) == 8);
 
+/// Shorter ones do not fill wide registers often enough to matter, bytes.
+constexpr std::size_t wide_from = 4096;
+
 std::uint64_t checksum(std::span<const std::byte> bytes) noexcept {
+  if (bytes.size() >= wide_from && __builtin_cpu_supports("avx512f")) return checksum_avx512(bytes.data(), bytes.size());
+  if (bytes.size() >= wide_from && __builtin_cpu_supports("avx2")) return checksum_avx2(bytes.data(), bytes.size());
   return bytes.empty() ? 0 : XXH3_64bits(bytes.data(), bytes.size());
 }
 

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "coupler/base/errors.hpp"
+#include "coupler/link/checksum_wide.hpp"
 #include "coupler/link/message.hpp"
 #include "coupler/link/payload.hpp"
 #include "coupling.pb.h"
@@ -174,6 +175,23 @@ TEST(Payload, ChecksumIsThatOfThePublishedAlgorithm) {
   // XXH3_64bits("a") as the reference implementation's xxhsum -H3 prints it.
   const char a = 'a';
   EXPECT_EQ(checksum({reinterpret_cast<const std::byte*>(&a), 1}), 0xe6c632b61e964e1fULL);
+}
+
+TEST(Payload, ChecksumIsTheSameByAnyRegisters) {
+  // python3 -c 'import xxhash; print(hex(xxhash.xxh3_64_intdigest(bytes(i % 251 for i in range(N)))))'
+  const std::pair<std::size_t, std::uint64_t> known[] = {
+      {4095, 0xa541030d777f5abeULL}, {4096, 0x7135ffa504f1bc71ULL}, {100'001, 0x1aa99e18506ba0aULL}};
+  for (const auto& [n, expected] : known) {
+    std::vector<std::byte> bytes(n);
+    for (std::size_t i = 0; i < n; ++i) bytes[i] = static_cast<std::byte>(i % 251);
+    EXPECT_EQ(checksum(bytes), expected) << n;
+    if (__builtin_cpu_supports("avx2")) {
+      EXPECT_EQ(checksum_avx2(bytes.data(), n), expected) << n;
+    }
+    if (__builtin_cpu_supports("avx512f")) {
+      EXPECT_EQ(checksum_avx512(bytes.data(), n), expected) << n;
+    }
+  }
 }
 
 TEST(Mesh, ComesBackAndItsIndicesAreChecked) {
