@@ -44,13 +44,15 @@ void for_corners(const Stencil& stencil, const GasNodes& W, const Use& use) {
   }
 }
 
-template <class Use>
-void for_nodes(const WallFit& fit, const GasNodes& W, const Use& use) {
-  for (std::size_t i = 0; i < static_cast<std::size_t>(fit.n); ++i) {
-    const WallFit::Node& node = fit.node[i];
-    use(node, W(node.at[0], node.at[1], node.at[2]));
-  }
-}
+/// Share of the momentum transport in the pressure at which half of a fit's curvature is left. A shock of
+/// Mach 1.2 has 0.12 behind it, gas beside a body that moves at 0.3 of the speed of sound below 1e-3.
+/// At 0.1 walls hit at Mach 10 overshoot by 5.3 %, here by 6.4 %, but the impulse of a shock of Mach 3 on a wall
+/// misses a quarter more.
+constexpr double shock_share = 0.3;
+/// Largest parts of the mean pressure that slopes along the wall and the curvature may make: in a wedge the
+/// nodes may lie all to one side of the point.
+constexpr double largest_slope = 0.5;
+constexpr double largest_curvature = 0.25;
 
 }  // namespace
 
@@ -60,12 +62,28 @@ Sample sample(const Stencil& stencil, const GasNodes& W, const Gas& gas) noexcep
   return s;
 }
 
-FitSample sample(const WallFit& fit, const GasNodes& W, const Gas& gas) noexcept {
+FitSample sample(const WallFit& fit, const GasNodes& W, const Vec3& velocity, const Vec3& normal,
+                 const Gas& gas) noexcept {
   FitSample s;
-  for_nodes(fit, W, [&](const WallFit::Node& node, const auto& place) {
-    add(s.gas, node.weight, place, gas);
-    s.distance += node.weight * node.distance;
-  });
+  double linear = 0.0, curved = 0.0, linear_distance = 0.0, curved_distance = 0.0;
+  for (std::size_t i = 0; i < fit.n; ++i) {
+    const WallFit::Node& node = fit.node[i];
+    const GasNodes::Place place = W(node.at[0], node.at[1], node.at[2]);
+    const double transport = transport_at(place, W.W.artificial_pressure, velocity, normal, gas);
+    const double p = pressure(gas, place.at[0], place.at[prim_T * place.stride]);
+    add(s.gas, node.mean, place, gas);
+    s.beside += node.mean * transport;
+    s.distance += node.mean * node.distance;
+    linear += (node.linear - node.mean) * (p + transport);
+    curved += (node.curved - node.linear) * (p + transport);
+    linear_distance += (node.linear - node.mean) * node.distance;
+    curved_distance += (node.curved - node.linear) * node.distance;
+  }
+  const double shock = s.beside / (shock_share * s.gas.p);
+  const double smooth = 1.0 / (1.0 + shock * shock);
+  const double most_linear = largest_slope * s.gas.p, most_curved = largest_curvature * s.gas.p;
+  s.beside += std::clamp(linear, -most_linear, most_linear) + smooth * std::clamp(curved, -most_curved, most_curved);
+  s.distance += linear_distance + smooth * curved_distance;
   return s;
 }
 
@@ -74,15 +92,6 @@ double momentum_transport(const Stencil& stencil, const GasNodes& W, const Vec3&
   double sum = 0.0;
   for_corners(stencil, W, [&](double weight, const auto& node) {
     sum += weight * transport_at(node, W.W.artificial_pressure, velocity, normal, gas);
-  });
-  return sum;
-}
-
-double momentum_transport(const WallFit& fit, const GasNodes& W, const Vec3& velocity, const Vec3& normal,
-                          const Gas& gas) noexcept {
-  double sum = 0.0;
-  for_nodes(fit, W, [&](const WallFit::Node& node, const auto& place) {
-    sum += node.weight * transport_at(place, W.W.artificial_pressure, velocity, normal, gas);
   });
   return sum;
 }

@@ -33,9 +33,9 @@ struct Reading {
   double impedance = 0.0;
   double added_mass = 0.0;
   bool found = false;
-  /// `transport`: momentum beside the pressure that goes through the place of the sample, Pa.
-  void take(const Sample& s, double transport, double distance, const Wall& wall, const Gas& gas) {
-    p = pressure_towards_wall(wall.foot, s, wall.state, distance, gas) + transport;
+  /// `beside`: what adds to the pressure of the sample, Pa: momentum that goes through its place, curvature.
+  void take(const Sample& s, double beside, double distance, const Wall& wall, const Gas& gas) {
+    p = pressure_towards_wall(wall.foot, s, wall.state, distance, gas) + beside;
     const double rho = density(gas, s.p, s.T);
     impedance = rho * sound_speed(gas, s.T);
     added_mass = rho * distance;
@@ -71,7 +71,7 @@ class Reader {
                  wall, gas_);
   }
 
-  /// Linear along the wall, each node's value taken to it.
+  /// Fitted to the nodes in front of the wall, each one's value taken to it.
   [[nodiscard]] Reading around(const Wall& wall) const {
     const Vec3& point = wall.foot.point;
     const Vec3& normal = wall.foot.normal;
@@ -83,8 +83,8 @@ class Reader {
     const WallFit fit = fit_at_wall(nodes_, point, normal, from);
     Reading reading;
     if (fit.n == 0) return reading;
-    const auto [mean, distance] = sample(fit, W_, gas_);
-    reading.take(mean, momentum_transport(fit, W_, wall.state.velocity, normal, gas_), distance, wall, gas_);
+    const FitSample s = sample(fit, W_, wall.state.velocity, normal, gas_);
+    reading.take(s.gas, s.beside, s.distance, wall, gas_);
     return reading;
   }
 

@@ -10,30 +10,34 @@ namespace ocublast::flow {
 struct WallFit {
   struct Node {
     NodeIndex at{};
-    double weight = 0.0;
+    double mean = 0.0;      ///< weight without any slope, never negative
+    double linear = 0.0;    ///< for a field linear along the wall and constant normal to it
+    double curved = 0.0;    ///< for a field of second order
     double distance = 0.0;  ///< m, from the wall's plane
   };
-  std::array<Node, 64> node;
-  int n = 0;  ///< 0: too few nodes within reach
+  static constexpr std::size_t most_nodes = 128;
+  std::array<Node, most_nodes> node;
+  std::size_t n = 0;  ///< 0: too few nodes within reach
 };
 
-/// Weights, sum 1, of the fluid nodes within 1.75 spacings of `point` and in front of the plane (point,
-/// normal) for a field that is linear along the wall: moving least squares (Lancaster and Salkauskas 1981,
-/// doi:10.2307/2007507) with a weight that vanishes at the rim of the reach and at the wall. A node thus
-/// comes and goes with weight zero, so that the value does not jump when a moving wall passes nodes;
-/// along the normal the caller takes each value to the wall. `from`: see FluidNodes::usable.
+/// Weights, sum 1, of the fluid nodes within 2.25 spacings of `point` and in front of the plane (point,
+/// normal): moving least squares (Lancaster and Salkauskas 1981, doi:10.2307/2007507) with a weight that
+/// vanishes at the rim of the reach and at the wall. A node thus comes and goes with weight zero, so that
+/// the value does not jump when a moving wall passes nodes. The `curved` weights fit all terms of second
+/// order but those odd in the distance from the wall, as far as the nodes tell them apart; the caller takes
+/// each value to the wall by its slope there. `from`: see FluidNodes::usable.
 [[nodiscard]] WallFit fit_at_wall(const FluidNodes& nodes, const Vec3& point, const Vec3& normal,
                                   const NodeIndex* from);
 
-/// Mean of the fields over the nodes of a fit (pressure and temperature; density follows), and of their
-/// distance from the wall, m.
+/// What a fit reads of the fields.
 struct FitSample {
-  Sample gas;
-  double distance = 0.0;
+  Sample gas;             ///< mean of pressure and temperature (density follows) and velocity
+  double beside = 0.0;    ///< Pa, adds to that pressure: momentum_transport, slope and curvature along the fit
+  double distance = 0.0;  ///< m, of the pressure with what is beside it from the wall
 };
-[[nodiscard]] FitSample sample(const WallFit& fit, const GasNodes& W, const Gas& gas) noexcept;
-/// Mean of momentum_transport over them.
-[[nodiscard]] double momentum_transport(const WallFit& fit, const GasNodes& W, const Vec3& velocity,
-                                        const Vec3& normal, const Gas& gas) noexcept;
+/// Curved where the gas is smooth. Where a shock is on its way to the wall or back the parabola through
+/// it overshoots: the curved part then fades with the share of the transport in the pressure.
+[[nodiscard]] FitSample sample(const WallFit& fit, const GasNodes& W, const Vec3& velocity, const Vec3& normal,
+                               const Gas& gas) noexcept;
 
 }  // namespace ocublast::flow
