@@ -59,12 +59,12 @@ constexpr int most_terms = 7;
 using Terms = Eigen::Matrix<double, most_terms, 1>;
 using Normal = Eigen::Matrix<double, most_terms, most_terms>;
 
-/// Least variance of the nodes along the wall.
+/// Least variance of the nodes along the wall, from the lower half of the sums.
 double least_variance(const Normal& m, const std::array<bool, 2>& present) {
-  const double one = m(0, 0), mean_a = m(0, 1) / one, mean_b = m(0, 2) / one;
+  const double one = m(0, 0), mean_a = m(1, 0) / one, mean_b = m(2, 0) / one;
   const double a = m(1, 1) / one - mean_a * mean_a, b = m(2, 2) / one - mean_b * mean_b;
   if (!(present[0] && present[1])) return std::min(present[0] ? a : HUGE_VAL, present[1] ? b : HUGE_VAL);
-  const double cov = m(1, 2) / one - mean_a * mean_b;
+  const double cov = m(2, 1) / one - mean_a * mean_b;
   return 0.5 * (a + b) - std::sqrt(0.25 * (a - b) * (a - b) + cov * cov);
 }
 
@@ -76,32 +76,39 @@ WallFit fit_at_wall(const FluidNodes& nodes, const Vec3& point, const Vec3& norm
   const NodeIndex base = nodes.cell(point);
   const Tangents along = tangents_of(grid, normal);
   const double h = nodes.spacing(normal, nodes.cell_inside(point));
+  // Along each axis: how far the nodes are, and the square of that in spacings.
+  std::array<std::array<double, 6>, 3> far{}, far2{};
   NodeIndex low = base, high = base;
-  std::array<double, 3> spacing{};
   for (std::size_t a = 0; a < 3; ++a) {
     const Axis& axis = grid.axis[a];
     if (!axis.present) continue;
-    spacing[a] = axis.x(base[a] + 1) - axis.x(base[a]);
+    const double inverse_spacing = 1.0 / (axis.x(base[a] + 1) - axis.x(base[a]));
     low[a] = std::max(base[a] - 2, -n_ghost);
     high[a] = std::min(base[a] + 3, axis.n + n_ghost - 1);
+    for (int i = low[a]; i <= high[a]; ++i) {
+      const auto at = static_cast<std::size_t>(i - low[a]);
+      far[a][at] = axis.x(i) - point.c[a];
+      far2[a][at] = far[a][at] * far[a][at] * inverse_spacing * inverse_spacing;
+    }
   }
+  constexpr double reach2 = reach * reach;
   WallFit fit;
   Normal m = Normal::Zero();
   std::array<Terms, WallFit::most_nodes> at;
   NodeIndex node{};
   for (node[2] = low[2]; node[2] <= high[2]; ++node[2]) {
+    const auto k = static_cast<std::size_t>(node[2] - low[2]);
     for (node[1] = low[1]; node[1] <= high[1]; ++node[1]) {
+      const auto j = static_cast<std::size_t>(node[1] - low[1]);
+      const double across2 = far2[1][j] + far2[2][k];
+      if (across2 >= reach2) continue;
       for (node[0] = low[0]; node[0] <= high[0]; ++node[0]) {
-        Vec3 away;
-        double r2 = 0.0;
-        for (std::size_t d = 0; d < 3; ++d) {
-          if (!grid.axis[d].present) continue;
-          away.c[d] = grid.axis[d].x(node[d]) - point.c[d];
-          r2 += away.c[d] * away.c[d] / (spacing[d] * spacing[d]);
-        }
+        const auto i_far = static_cast<std::size_t>(node[0] - low[0]);
+        const double rim = 1.0 - (far2[0][i_far] + across2) / reach2;
+        if (rim <= 0.0) continue;
+        const Vec3 away{{far[0][i_far], far[1][j], far[2][k]}};
         const double distance = dot(away, normal);
-        const double rim = 1.0 - r2 / (reach * reach);
-        if (rim <= 0.0 || distance <= 0.0 || !nodes.usable(node, point, normal, from)) continue;
+        if (distance <= 0.0 || !nodes.usable(node, point, normal, from)) continue;
         const double weight = rim * rim * std::min(1.0, distance / (full_from * h));
         const std::size_t i = fit.n++;
         fit.node[i] = {.at = node, .mean = weight, .distance = distance};
@@ -109,7 +116,7 @@ WallFit fit_at_wall(const FluidNodes& nodes, const Vec3& point, const Vec3& norm
         const double v = along.present[1] ? dot(away, along.t[1]) / h : 0.0;
         const double d = distance / h;
         at[i] << 1.0, u, v, u * u, u * v, v * v, d * d;
-        m.noalias() += weight * at[i] * at[i].transpose();
+        m.selfadjointView<Eigen::Lower>().rankUpdate(at[i], weight);
       }
     }
   }
@@ -122,8 +129,8 @@ WallFit fit_at_wall(const FluidNodes& nodes, const Vec3& point, const Vec3& norm
   m(1, 1) += damping * one;
   m(2, 2) += damping * one;
   m.diagonal().tail<4>().array() += curved_damping * one;
-  const Eigen::Vector3d linear = m.topLeftCorner<3, 3>().ldlt().solve(Eigen::Vector3d::Unit(0));
-  const Terms curved = m.ldlt().solve(Terms::Unit(0));
+  const Eigen::Vector3d linear = m.topLeftCorner<3, 3>().llt().solve(Eigen::Vector3d::Unit(0));
+  const Terms curved = m.llt().solve(Terms::Unit(0));
   for (std::size_t i = 0; i < fit.n; ++i) {
     WallFit::Node& to = fit.node[i];
     to.linear = to.mean * linear.dot(at[i].head<3>());
