@@ -16,6 +16,7 @@ std::span<const std::byte> aligned_payload(const zmq::message_t& payload,
                                            std::vector<double>& aside) {
   const auto* data = static_cast<const std::byte*>(payload.data());
   if (reinterpret_cast<std::uintptr_t>(data) % alignof(double) == 0) return {data, payload.size()};
+  if (payload.size() == 0) return {};
   aside.resize((payload.size() + sizeof(double) - 1) / sizeof(double));
   std::memcpy(aside.data(), data, payload.size());
   return {reinterpret_cast<const std::byte*>(aside.data()), payload.size()};
