@@ -1,5 +1,6 @@
 #include "flow_solver/immersed/foot.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace ocublast::flow {
@@ -81,19 +82,30 @@ bool is_covered(const Bodies& bodies, std::int32_t body, std::int32_t facet, con
   return bodies.inside_any(x + lift * geometry.normal[facet], body);
 }
 
+bool is_foot_of(const Bodies& bodies, const Foot& foot, const Vec3& x, const Vec3& crossing, std::int32_t body,
+                std::int32_t facet) {
+  const Vec3& n = bodies[foot.body].geometry.normal[foot.facet];
+  return dot(n, bodies[body].geometry.normal[facet]) > same_side_cosine &&
+         norm2(foot.point - x) < norm2(x - crossing);
+}
+
 Foot find_foot(const Bodies& bodies, const Vec3& x, const Vec3& crossing, std::int32_t body,
-               std::int32_t facet, const Foot* near) {
+               std::int32_t facet, const Foot* near, bool* alone) {
   const Vec3 side = bodies[body].geometry.normal[facet];
   double best2 = norm2(x - crossing) * (1.0 + on_edge);
   TrianglePoint best;
   std::int32_t best_body = -1;
   std::int32_t best_facet = -1;
+  double other_side2 = HUGE_VAL;
   const auto qualifies = [&](std::int32_t b, std::int32_t g, const Vec3& point) {
     const BodyState& s = bodies[b];
     const Vec3& n_g = s.geometry.normal[g];
-    return s.buried[g] == 0 && dot(n_g, side) > same_side_cosine &&
-           dot(x - point, n_g) <= behind_rounding * norm(x - point) &&
-           !is_covered(bodies, b, g, point);
+    if (s.buried[g] != 0) return false;
+    if (dot(n_g, side) <= same_side_cosine) {
+      other_side2 = std::min(other_side2, norm2(point - x));
+      return false;
+    }
+    return dot(x - point, n_g) <= behind_rounding * norm(x - point) && !is_covered(bodies, b, g, point);
   };
   if (near != nullptr && near->body >= 0) {
     const TrianglePoint there = on_facet(bodies[near->body], near->facet, x);
@@ -117,6 +129,9 @@ Foot find_foot(const Bodies& bodies, const Vec3& x, const Vec3& crossing, std::i
       best_body = b;
       best_facet = f;
     }
+  }
+  if (alone != nullptr) {
+    *alone = best_body >= 0 && other_side2 > best2 && !on_sharp_edge(bodies[best_body].topology, best_facet, best.weight);
   }
   if (best_body >= 0) return make_foot(bodies, x, best_body, best_facet, best, &side);
   // Nothing nearer than the crossing itself: the crossed facet's plane.

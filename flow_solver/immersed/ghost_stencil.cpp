@@ -170,6 +170,7 @@ double FluidNodes::weigh(const Vec3& x, const Vec3& point, const Vec3& normal,
     upper[a] = std::clamp(upper[a], 0.0, 1.0);
   }
   double share = 0.0;
+  found.all_seen = true;
   for (unsigned corner = 0; corner < 8; ++corner) {
     NodeIndex node = found.base;
     double weight = 1.0;
@@ -178,7 +179,12 @@ double FluidNodes::weigh(const Vec3& x, const Vec3& point, const Vec3& normal,
       weight *= high ? upper[a] : 1.0 - upper[a];
       node[a] += high ? 1 : 0;
     }
-    if (weight < least_weight || !usable(node, point, normal, from)) continue;
+    if (weight < least_weight || !usable(node, point, normal, nullptr)) continue;
+    NodeIndex source = node;
+    if (from != nullptr && mirrored(source) && !visible(*from, source)) {
+      found.all_seen = false;
+      continue;
+    }
     found.weight[corner] = weight;
     found.place = found.place + weight * place(node);
     share += weight;
@@ -189,6 +195,22 @@ double FluidNodes::weigh(const Vec3& x, const Vec3& point, const Vec3& normal,
   found.distance = dot(found.place - point, normal);
   stencil = found;
   return share;
+}
+
+bool FluidNodes::sees_alike(const Stencil& stencil, const NodeIndex& from, const NodeIndex& other) const {
+  if (!stencil.all_seen) return false;
+  // The spacing at the end node, at least its smallest along an axis, bounds deep images only.
+  for (std::size_t a = 0; a < 3; ++a) {
+    const Axis& axis = grid_.axis[a];
+    if (axis.present && stencil.built_depth >= deepest_image * std::min(axis.h(from[a]), axis.h(other[a]))) return false;
+  }
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    if (stencil.weight[corner] == 0.0) continue;
+    NodeIndex node = {stencil.base[0] + static_cast<int>(corner & 1U), stencil.base[1] + static_cast<int>(corner >> 1 & 1U),
+                      stencil.base[2] + static_cast<int>(corner >> 2)};
+    if (!mirrored(node) || !visible(other, node)) return false;
+  }
+  return true;
 }
 
 bool FluidNodes::holds(const Stencil& stencil) const {
@@ -213,10 +235,14 @@ Stencil FluidNodes::image(const Foot& foot, const NodeIndex& end_node) const {
                  stencil) >= least_share;
   };
   for (int n = 0; n <= most_moves; ++n) {
-    if (reached(depth + move_out * h * n)) return stencil;
+    if (!reached(depth + move_out * h * n)) continue;
+    stencil.all_seen = stencil.all_seen && n == 0;
+    return stencil;
   }
   for (const double share : move_in) {
-    if (reached(share * depth)) return stencil;
+    if (!reached(share * depth)) continue;
+    stencil.all_seen = false;
+    return stencil;
   }
   stencil.base = end_node;
   stencil.weight[0] = 1.0;

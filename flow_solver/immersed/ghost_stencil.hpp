@@ -21,6 +21,7 @@ struct Stencil {
   double distance = 0.0;           ///< m, of `place` from the foot's plane
   double built_depth = 0.0;        ///< m, depth of the ghost the stencil was made for
   bool own_state = false;          ///< nothing usable near: the end node alone
+  bool all_seen = false;           ///< as made: the first choice, no corner left out as out of sight
 };
 
 /// State interpolated by a stencil.
@@ -53,6 +54,9 @@ class FluidNodes {
   [[nodiscard]] bool usable(const NodeIndex& node, const Vec3& point, const Vec3& normal,
                             const NodeIndex* from) const;
 
+  /// Would `image` make the same stencil, as it was made for end node `from`, for another end node?
+  [[nodiscard]] bool sees_alike(const Stencil& stencil, const NodeIndex& from, const NodeIndex& other) const;
+
   /// Are all nodes of a stencil still fluid? (One that looks at its own end node alone: no.)
   [[nodiscard]] bool holds(const Stencil& stencil) const;
   /// Fluid node in front of the plane nearest to it, among those around x; false: none.
@@ -67,6 +71,13 @@ class FluidNodes {
   [[nodiscard]] NodeIndex cell_inside(const Vec3& x) const;
   [[nodiscard]] bool is_fluid(const NodeIndex& node) const {
     return tag_[offset(node)] == tag_fluid;
+  }
+  /// Is it a node of the grid (none of the ghosts beyond its faces)?
+  [[nodiscard]] bool contains(const NodeIndex& node) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (node[a] < 0 || node[a] >= grid_.axis[a].n) return false;
+    }
+    return true;
   }
   [[nodiscard]] std::size_t offset(const NodeIndex& node) const {
     return static_cast<std::size_t>(node[0]) +

@@ -88,7 +88,7 @@ struct ImmersedBoundary::State {
   }
   void plan_exchange();
   [[nodiscard]] WallState wall_state(const Foot& foot) const;
-  void fill_ghosts(int axis, FieldsView<Real> W);
+  void fill_ghosts(FieldsView<Real> W);
   void fill_fresh_nodes(FieldsView<Real> W, const Topology& old);
   [[nodiscard]] bool rebuild(const NodeIndex& node, const Foot& foot, FieldsView<Real> W) const;
 };
@@ -105,40 +105,45 @@ WallState ImmersedBoundary::State::wall_state(const Foot& foot) const {
   return wall;
 }
 
-void ImmersedBoundary::State::fill_ghosts(int axis, FieldsView<Real> W) {
-  const auto& walls = topology.cut.walls[axis];
-  auto& ghosts = topology.ghosts[axis];
-  auto& values = topology.cut.lines[axis].ghost;
-  auto& motion = topology.cut.lines[axis].wall_motion;
+/// Values of all ghosts into the tables of the lines and, in the band, into their nodes: stencils read
+/// fluid nodes and the domain's ghosts only.
+void ImmersedBoundary::State::fill_ghosts(FieldsView<Real> W) {
+  GhostList& list = topology.ghosts;
+  auto& lines = topology.cut.lines;
   const FluidNodes view = nodes();
   const GasNodes everywhere(W, far.get());
-  const auto n = static_cast<std::ptrdiff_t>(walls.size());
+  const auto n = static_cast<std::ptrdiff_t>(list.point.size());
   std::uint64_t fallbacks = 0;
 #pragma omp parallel for schedule(static) reduction(+ : fallbacks) if (n > 500)
-  for (std::ptrdiff_t w = 0; w < n; ++w) {
-    const WallEnd& wall = walls[w];
-    if (!is_mine(grid, far.get(), axis, wall)) continue;
-    const bool counts = !far || far->near_own(end_node(grid, axis, wall), 0);
-    for (int layer = 0; layer < n_ghost; ++layer) {
-      const std::size_t g = static_cast<std::size_t>(w) * n_ghost + layer;
-      GhostPoint& ghost = ghosts[g];
-      if (ghost.foot.body >= 0 && bodies[ghost.foot.body].moved_since_ghosts) {
-        follow_ghost(grid, bodies, view, axis, wall, layer, false, ghost);
-      }
-      const Sample image = sample(ghost.stencil, everywhere, gas);
-      const WallState motion_there = wall_state(ghost.foot);
-      const auto state = ghost_state(ghost.foot, ghost.stencil, image, motion_there, gas);
-      if (layer == 0) {
-        double* at = &motion[static_cast<std::size_t>(w) * 6];
+  for (std::ptrdiff_t p = 0; p < n; ++p) {
+    GhostPoint& ghost = list.point[p];
+    const std::span<const GhostUse> uses(list.use.data() + list.first[p], list.use.data() + list.first[p + 1]);
+    const auto wall_of = [&](const GhostUse& u) -> const WallEnd& {
+      return topology.cut.walls[u.axis][u.ghost / n_ghost];
+    };
+    if (ghost.foot.body >= 0 && bodies[ghost.foot.body].moved_since_ghosts) {
+      const GhostUse& u = uses.front();
+      follow_ghost(grid, bodies, view, u.axis, wall_of(u), u.ghost % n_ghost, false, ghost);
+    }
+    const Sample image = sample(ghost.stencil, everywhere, gas);
+    const WallState wall = wall_state(ghost.foot);
+    const auto state = ghost_state(ghost.foot, ghost.stencil, image, wall, gas);
+    for (const GhostUse& u : uses) {
+      CutLines& to = lines[u.axis];
+      std::copy(state.begin(), state.end(), to.ghost.begin() + static_cast<std::ptrdiff_t>(u.ghost) * n_primitive);
+      if (u.ghost % n_ghost == 0) {
+        double* at = &to.wall_motion[static_cast<std::size_t>(u.ghost / n_ghost) * 6];
         for (int a = 0; a < 3; ++a) {
-          at[a] = motion_there.slip == WallSlip::slip ? ghost.foot.normal[a] : 0.0;
-          at[3 + a] = motion_there.velocity[a];
+          at[a] = wall.slip == WallSlip::slip ? ghost.foot.normal[a] : 0.0;
+          at[3 + a] = wall.velocity[a];
         }
       }
-      std::copy(state.begin(), state.end(),
-                values.begin() + static_cast<std::ptrdiff_t>(g * n_primitive));
-      fallbacks += counts && ghost.stencil.own_state ? 1 : 0;
+      if (ghost.stencil.own_state && (!far || far->near_own(end_node(grid, u.axis, wall_of(u)), 0))) ++fallbacks;
     }
+    if (list.in_band[p] == 0) continue;
+    const NodeIndex& node = list.node[p];
+    Real* at = &W(0, node[0], node[1], node[2]);
+    for (int f = 0; f < n_primitive; ++f) at[f * W.stride_f] = static_cast<Real>(state[f]);
   }
   n_fallbacks += fallbacks;
 }
@@ -179,8 +184,13 @@ bool ImmersedBoundary::State::rebuild(const NodeIndex& node, const Foot& foot,
 void ImmersedBoundary::State::fill_fresh_nodes(FieldsView<Real> W, const Topology& old) {
   const auto& tag = topology.cut.tag;
   std::size_t n = 0;
+  const auto row = static_cast<std::size_t>(grid.axis[0].n);
   for (int k = 0; k < grid.axis[2].n; ++k) {
     for (int j = 0; j < grid.axis[1].n; ++j) {
+      if (std::memcmp(&tag[n], &old.cut.tag[n], row) == 0) {
+        n += row;
+        continue;
+      }
       for (int i = 0; i < grid.axis[0].n; ++i, ++n) {
         if (tag[n] != tag_fluid || old.cut.tag[n] == tag_fluid) continue;
         const NodeIndex node = {i, j, k};
@@ -290,18 +300,8 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<Real> W) {
 void ImmersedBoundary::compute_ghosts(FieldsView<Real> W) {
   State& s = *state_;
   if (s.far) s.far->fetch(W);
-  for (int axis = 0; axis < 3; ++axis) s.fill_ghosts(axis, W);
+  s.fill_ghosts(W);
   for (std::size_t b = 0; b < s.bodies.size(); ++b) s.bodies[b].moved_since_ghosts = false;
-  const auto n = static_cast<std::ptrdiff_t>(s.topology.band.size());
-#pragma omp parallel for schedule(static) if (n > 500)
-  for (std::ptrdiff_t at = 0; at < n; ++at) {
-    const BandNode& b = s.topology.band[static_cast<std::size_t>(at)];
-    if (s.far && !s.far->near_own(b.node, 0)) continue;
-    const double* value =
-        &s.topology.cut.lines[b.axis].ghost[static_cast<std::size_t>(b.ghost) * n_primitive];
-    Real* node = &W(0, b.node[0], b.node[1], b.node[2]);
-    for (int f = 0; f < n_primitive; ++f) node[f * W.stride_f] = static_cast<Real>(value[f]);
-  }
 }
 
 const CutLines& ImmersedBoundary::lines(int axis) const {
@@ -382,8 +382,13 @@ BodyLoad ImmersedBoundary::load(FieldsView<const Real> W, std::size_t b, double 
 std::vector<std::uint8_t> ImmersedBoundary::history() const {
   const State& s = *state_;
   std::vector<std::uint8_t> bytes;
-  for (const auto& ghosts : s.topology.ghosts)
+  for (const auto& of : s.topology.ghosts.of) {
+    std::vector<GhostPoint> ghosts;
+    for (const std::int32_t point : of) {
+      ghosts.push_back(point >= 0 ? s.topology.ghosts.point[static_cast<std::size_t>(point)] : GhostPoint{});
+    }
     append_bytes(bytes, std::span<const GhostPoint>(ghosts));
+  }
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     append_bytes(bytes, std::span<const double>(s.bodies[b].searched));
   return bytes;
@@ -399,8 +404,7 @@ std::vector<std::uint8_t> ImmersedBoundary::whole_history() const {
     std::vector<GhostPoint> mine;
     for (std::size_t w = 0; w < walls.size(); ++w) {
       if (!s.far->near_own(end_node(s.grid, axis, walls[w]), 0)) continue;
-      const auto first = s.topology.ghosts[axis].begin() + static_cast<std::ptrdiff_t>(w * n_ghost);
-      mine.insert(mine.end(), first, first + n_ghost);
+      for (std::size_t g = w * n_ghost; g < (w + 1) * n_ghost; ++g) mine.push_back(s.topology.ghost(axis, g));
     }
     const auto parts = ranks.gather(std::span<const GhostPoint>(mine));
     if (!ranks.root()) continue;
@@ -421,11 +425,14 @@ std::vector<std::uint8_t> ImmersedBoundary::whole_history() const {
 
 void ImmersedBoundary::restore_history(std::span<const std::uint8_t> bytes) {
   State& s = *state_;
-  for (auto& ghosts : s.topology.ghosts) take_bytes(bytes, std::span<GhostPoint>(ghosts));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    take_bytes(bytes, std::span<GhostPoint>(s.topology.searched[axis]));
+    std::fill(s.topology.kept[axis].begin(), s.topology.kept[axis].end(), -1);
+  }
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     take_bytes(bytes, std::span<double>(s.bodies[b].searched));
   if (!bytes.empty()) throw CaseError(history_misfit);
-  find_band(s.grid, s.nodes(), s.far.get(), s.topology);
+  arrange_ghosts(s.grid, s.bodies, s.nodes(), s.far.get(), s.last, s.topology);
 }
 
 std::span<const double> ImmersedBoundary::position(std::size_t b) const {

@@ -58,6 +58,21 @@ constexpr double largest_curvature = 0.25;
 
 Sample sample(const Stencil& stencil, const GasNodes& W, const Gas& gas) noexcept {
   Sample s;
+  if (W.far == nullptr) {
+    // Without branches: a corner that has no weight is read at one that has.
+    const FieldsView<const Real>& v = W.W;
+    const Real* base = &v(0, stencil.base[0], stencil.base[1], stencil.base[2]);
+    std::ptrdiff_t safe = 0;
+    const auto offset = [&](unsigned c) {
+      return static_cast<std::ptrdiff_t>(c & 1U) + (c >> 1 & 1U ? v.stride_j : 0) + (c >> 2 ? v.stride_k : 0);
+    };
+    for (unsigned c = 8; c-- > 0;) safe = stencil.weight[c] != 0.0 ? offset(c) : safe;
+    for (unsigned c = 0; c < 8; ++c) {
+      const double weight = stencil.weight[c];
+      add(s, weight, {base + (weight != 0.0 ? offset(c) : safe), v.stride_f}, gas);
+    }
+    return s;
+  }
   for_corners(stencil, W, [&](double weight, const auto& node) { add(s, weight, node, gas); });
   return s;
 }

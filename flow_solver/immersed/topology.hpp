@@ -24,12 +24,40 @@ struct BandNode {
   double depth = 0.0;     ///< m, below that wall, not negative
 };
 
+/// Where a ghost's value goes: number `ghost` (wall end * n_ghost + layer) of the lines along `axis`.
+struct GhostUse {
+  std::int32_t axis = 0;
+  std::int32_t ghost = 0;
+};
+
+/// The ghosts in the order of their nodes, so that the gas around them is read as it lies in memory. Wall
+/// ends of several directions share a ghost where node, foot and stencil are the same.
+struct GhostList {
+  std::vector<GhostPoint> point;
+  std::vector<NodeIndex> node;
+  std::vector<std::int32_t> first;    ///< [points + 1] into `use`
+  std::vector<GhostUse> use;          ///< the first one stands for the others when the wall moves
+  std::vector<std::uint8_t> in_band;  ///< per point: the node itself holds the value
+  std::array<std::vector<std::int32_t>, 3> of;  ///< point of [n_walls, n_ghost]; -1: another rank's
+};
+
 /// Everything that depends on where the walls lie among the nodes.
 struct Topology {
   CutGrid cut;
-  std::array<std::vector<GhostPoint>, 3> ghosts;  ///< [n_walls, n_ghost] per direction
+  /// Ghosts as they were found, [n_walls, n_ghost] per direction, and the points of the topology before
+  /// that still hold; -1: see `searched`.
+  std::array<std::vector<GhostPoint>, 3> searched;
+  std::array<std::vector<std::int32_t>, 3> kept;
+  /// While ghosts are searched: the one found at a node for a direction before, as 3 number + axis; -1: none.
+  std::vector<std::int32_t> found_at;
+  GhostList ghosts;  ///< as they are now
   std::vector<BandNode> band;
   std::vector<std::int32_t> band_of_node;  ///< entry of `band` per node, -1: none
+
+  /// A ghost of this rank as it is now.
+  [[nodiscard]] const GhostPoint& ghost(int axis, std::size_t number) const {
+    return ghosts.point[static_cast<std::size_t>(ghosts.of[static_cast<std::size_t>(axis)][number])];
+  }
 };
 
 /// Node of the grid at ghost layer 0 .. 3 of a wall end (may lie beyond the domain's face).
@@ -46,8 +74,10 @@ void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& node
 /// Whether this rank looks after a wall end: its ghosts reach into the rank's block. Without ranks: yes.
 [[nodiscard]] bool is_mine(const Grid& grid, const FarNodes* far, int axis, const WallEnd& wall);
 
-/// The band of a topology whose feet are known; with ranks of this one's wall ends.
-void find_band(const Grid& grid, const FluidNodes& nodes, const FarNodes* far, Topology& topology);
+/// Band and list of ghosts of a topology whose feet are known (`searched`, or `kept` from `old`); with ranks of
+/// this one's wall ends.
+void arrange_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, const FarNodes* far,
+                    const Topology& old, Topology& topology);
 
 /// Cuts the grid for the bodies' current place, with the gap rule of `options`. Feet of `old` are
 /// kept where neither their facet nor a body near them moved, so that static walls are searched
