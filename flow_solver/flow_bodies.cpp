@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -158,7 +160,7 @@ void Flow::Core::set_segments(int axis) {
       const int start = s.wall_low >= 0 ? 0 : (mirror_low ? 1 : (known_low ? 2 : 0));
       return 2 * start + (s.wall_high < 0 && known_high ? 1 : 0);
     };
-    if (axis > 0) add_aligned_batches(axis, group, out);
+    add_aligned_batches(axis, group, out);
     // Lanes of a batch share the elimination from their start and should have like lengths.
     std::stable_sort(group.begin(), group.end(), [&](const Segment& l, const Segment& r) {
       return std::pair(kind_of(l), l.end - l.begin) < std::pair(kind_of(r), r.end - r.begin);
@@ -237,6 +239,8 @@ void Flow::Core::correct_bulk(int k, int j_begin, int j_end) {
 void Flow::Core::take_topology(bool convert) {
   const std::span<const std::uint8_t> tags = bodies->tags();
   const Gas& gas = options.gas;
+  constexpr std::array<std::uint8_t, tile_width> all_fluid{};
+  static_assert(tag_fluid == 0);
   const Grid& whole = ranks ? ranks->part.whole : grid;
   const std::array<int, 3> first = ranks ? ranks->part.begin : std::array<int, 3>{};
 #pragma omp parallel for schedule(dynamic) num_threads(options.threads)
@@ -246,13 +250,19 @@ void Flow::Core::take_topology(bool convert) {
       for (int t = 0; t < ctx.tiles; ++t) {
         LaneBits bits = 0;
         const int count = std::min(tile_width, ctx.n[0] - t * tile_width);
-        for (int l = 0; l < count; ++l, ++node) {
-          if (tags[node] == tag_fluid) bits = static_cast<LaneBits>(bits | (1 << l));
+        if (count == tile_width && std::memcmp(&tags[node], all_fluid.data(), tile_width) == 0) {
+          bits = static_cast<LaneBits>(all_lanes);
+        } else {
+          for (int l = 0; l < count; ++l) {
+            if (tags[node + static_cast<std::size_t>(l)] == tag_fluid) bits = static_cast<LaneBits>(bits | (1 << l));
+          }
         }
+        node += static_cast<std::size_t>(count);
         LaneBits& old = fluid[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.tiles + t)];
-        const unsigned changed = ~(static_cast<unsigned>(old) & bits);
+        // What a body goes on holding is no state of the flow; its primitives are the ghosts'.
+        const auto changed = static_cast<unsigned>(old ^ bits);
         old = bits;
-        if (!convert) continue;
+        if (!convert || changed == 0) continue;
         for (int l = 0; l < count; ++l) {
           if (((changed >> l) & 1u) == 0) continue;
           const int i = t * tile_width + l;

@@ -104,6 +104,8 @@ struct Flow::Core {
   [[nodiscard]] SegmentBatch batch_of(int axis, std::span<const Segment> group) const;
   /// Moves the segments of a line index c all of whose ends have ghosts from the group into batches of
   /// neighbouring lines of a tile.
+  template <class Call>
+  void for_batches_of_plane(const SegmentBatches& batches, const Call& call);
   void add_aligned_batches(int axis, std::vector<Segment>& group, SegmentBatches& out) const;
   void add_wall_nodes(int axis);
   /// What the ghost of a wall end adds to the central dilatation (1/s) of its node in plane k.
@@ -187,7 +189,7 @@ struct Flow::Core {
   struct StageKernels {
     void (*sweep_x)(const Context&, Real* scratch, int k, int g0, int g1);
     void (*sweep_y)(const Context&, Real* scratch, int k, int t0, int t1);
-    void (*sweep_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&);
+    void (*sweep_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&, const SegmentBatch* next);
     long (*update_row)(const Context&, Real* scratch, int j);
   };
   [[nodiscard]] StageKernels stage_kernels() const {

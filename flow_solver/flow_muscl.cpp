@@ -21,7 +21,9 @@ void Flow::Core::sweep_planes_muscl() {
         const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
         if (s.begin.empty()) continue;
         const auto c = static_cast<std::size_t>(k);
-        for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) muscl->sweep_segments(box, own, axis, s.batch[b]);
+        for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
+          muscl->sweep_segments(box, own, axis, s.batch[b], nullptr);
+        }
       }
     }
   }

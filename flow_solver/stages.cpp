@@ -58,14 +58,20 @@ void Flow::Core::sweep_planes() {
 #pragma omp for schedule(runtime) nowait
     for (int k = 0; k < n2; ++k) {
       if (z_sums != nullptr && thread == 0) z_sums->poll();
-      const auto run = [&](int axis) {
+      // The batches of one direction from `b` on that lie in tile `tile` (-1: all); returns the first one left.
+      const auto sweep_cut = [&](int axis, std::size_t b, int tile) {
         const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
-        if (s.begin.empty()) return;
-        const auto c = static_cast<std::size_t>(k);
-        for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
-          kernels->sweep_segments(plane, own, axis, s.batch[b]);
+        if (s.begin.empty()) return b;
+        const std::size_t end = s.begin[static_cast<std::size_t>(k) + 1];
+        for (; b < end && (tile < 0 || (s.batch[b].aligned && s.batch[b].b[0] / tile_width == tile)); ++b) {
+          kernels->sweep_segments(plane, own, axis, s.batch[b], b + 1 < end ? &s.batch[b + 1] : nullptr);
         }
+        return b;
       };
+      const auto first_of = [&](std::size_t axis) {
+        return segments[axis].begin.empty() ? std::size_t{0} : segments[axis].begin[static_cast<std::size_t>(k)];
+      };
+      std::size_t cut_x = first_of(0);
       if (whole_bulk) {
         if (fill_here) {
           ghosts.fill_x(k + lo[2], lo[1], hi[1]);
@@ -89,17 +95,35 @@ void Flow::Core::sweep_planes() {
           lap.book(Pass::bulk);
         }
         sweep_x(plane, own, k, g, g + 1);
+        cut_x = sweep_cut(0, cut_x, g);  // aligned ones come first, by tiles: their rows are in the cache
         lap.book(Pass::sweep_x);
       }
-      run(0);
+      sweep_cut(0, cut_x, -1);
       lap.book(Pass::sweep_x);
       if (box.present[1]) {
         if (ctx.bulk && !bulk_is_ready) kernels->bulk_ghost_rows(plane, k);
+        sweep_cut(1, first_of(1), -1);
         kernels->sweep_y(plane, own, k, 0, box.tiles);
-        run(1);
         lap.book(Pass::sweep_y);
       }
     }
+  }
+}
+
+/// The batches of one direction where there is only one plane, shared by the threads of a parallel region.
+/// An aligned batch writes whole vectors of its tile, also the lanes of other batches there: every
+/// thread has tiles of its own, and the other batches, which write their nodes only, come after them.
+template <class Call>
+void Flow::Core::for_batches_of_plane(const SegmentBatches& batches, const Call& call) {
+  const auto& batch = batches.batch;
+  const int threads = omp_get_num_threads(), thread = omp_get_thread_num();
+  for (const SegmentBatch& b : batch) {
+    if (b.aligned && b.b[0] / tile_width % threads == thread) call(b);
+  }
+#pragma omp barrier
+#pragma omp for schedule(static)
+  for (std::size_t b = 0; b < batch.size(); ++b) {
+    if (!batch[b].aligned) call(batch[b]);
   }
 }
 
@@ -123,16 +147,17 @@ void Flow::Core::sweep_lines_of_plane() {
 #pragma omp parallel num_threads(options.threads)
   {
     Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    const auto sweep_cut = [&](int axis) {
+      for_batches_of_plane(segments[static_cast<std::size_t>(axis)],
+                           [&](const SegmentBatch& b) { sweeps.sweep_segments(box, own, axis, b, nullptr); });
+    };
 #pragma omp for schedule(static)
     for (int g = 0; g < box.row_groups; ++g) sweeps.sweep_x(box, own, 0, g, g + 1);
-    for (int axis = 0; axis < 2; ++axis) {
-      const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
-      if (axis == 1 && box.present[1]) {
+    sweep_cut(0);
+    if (box.present[1]) {
+      sweep_cut(1);
 #pragma omp for schedule(static)
-        for (int t = 0; t < box.tiles; ++t) sweeps.sweep_y(box, own, 0, t, t + 1);
-      }
-#pragma omp for schedule(static)
-      for (std::size_t b = 0; b < batch.size(); ++b) sweeps.sweep_segments(box, own, axis, batch[b]);
+      for (int t = 0; t < box.tiles; ++t) sweeps.sweep_y(box, own, 0, t, t + 1);
     }
   }
 }
@@ -147,7 +172,7 @@ long Flow::Core::update_rows() {
     if (!s.begin.empty()) {
       const auto c = static_cast<std::size_t>(j);
       for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
-        sweeps.sweep_segments(box, own, 2, s.batch[b]);
+        sweeps.sweep_segments(box, own, 2, s.batch[b], b + 1 < s.begin[c + 1] ? &s.batch[b + 1] : nullptr);
       }
     }
     failures += sweeps.update_row(box, own, j);
@@ -177,16 +202,17 @@ void Flow::Core::filter_one_plane() {
 #pragma omp parallel num_threads(options.threads)
   {
     Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
+    const auto filter_cut = [&](int axis) {
+      for_batches_of_plane(segments[static_cast<std::size_t>(axis)],
+                           [&](const SegmentBatch& b) { kernels->filter_segments(box, own, axis, b); });
+    };
 #pragma omp for schedule(static)
     for (int g = 0; g < box.row_groups; ++g) kernels->filter_x(box, own, 0, g, g + 1);
-    for (int axis = 0; axis < 2; ++axis) {
-      const auto& batch = segments[static_cast<std::size_t>(axis)].batch;
-      if (axis == 1 && box.present[1]) {
+    filter_cut(0);
+    if (box.present[1]) {
 #pragma omp for schedule(static)
-        for (int t = 0; t < box.tiles; ++t) kernels->filter_y(box, own, 0, t, t + 1);
-      }
-#pragma omp for schedule(static)
-      for (std::size_t b = 0; b < batch.size(); ++b) kernels->filter_segments(box, own, axis, batch[b]);
+      for (int t = 0; t < box.tiles; ++t) kernels->filter_y(box, own, 0, t, t + 1);
+      filter_cut(1);
     }
   }
 }
@@ -195,14 +221,17 @@ void Flow::Core::filter_one_plane() {
 long Flow::Core::finish_planes() {
   if (ranks) return finish_on_ranks();
   const int n2 = box.n[2];
-  const auto& z = segments[2].batch;
+  const SegmentBatches& z = segments[2];
   long failures = 0;
 #pragma omp parallel num_threads(options.threads) reduction(+ : failures) if (n2 > 1)
   {
     Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
-    if (box.filter) {
-#pragma omp for schedule(static)
-      for (std::size_t b = 0; b < z.size(); ++b) kernels->filter_segments(box, own, 2, z[b]);
+    if (box.filter && !z.begin.empty()) {
+#pragma omp for schedule(runtime)
+      for (int j = 0; j < box.n[1]; ++j) {
+        const auto c = static_cast<std::size_t>(j);
+        for (std::size_t b = z.begin[c]; b < z.begin[c + 1]; ++b) kernels->filter_segments(box, own, 2, z.batch[b]);
+      }
     }
     if (n2 > 1) {
 #pragma omp for schedule(runtime)

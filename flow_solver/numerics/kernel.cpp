@@ -2,7 +2,7 @@
 
 #include "flow_solver/numerics/kernel_border.hpp"
 #include "flow_solver/numerics/kernel_open_end.hpp"
-#include "flow_solver/numerics/kernel_segment.hpp"
+#include "flow_solver/numerics/kernel_segment_filter.hpp"
 #include "flow_solver/numerics/kernel_stress.hpp"
 
 namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {

@@ -99,7 +99,7 @@ struct RadialView {
 /// A tile of cut segments (fewer at the end of a list) of one direction that are solved together.
 struct SegmentBatch {
   int lanes = 0;               ///< used lanes; the others repeat lane 0 and are not stored
-  bool aligned = false;        ///< lines of one tile along y or z, every end with ghosts, overlapping
+  bool aligned = false;        ///< lines of one tile, every end with ghosts, overlapping
   int length[tile_width] = {};
   int begin[tile_width] = {};  ///< first node on its line
   int b[tile_width] = {};      ///< line indices as in Segment
@@ -205,8 +205,10 @@ struct Kernels {
   void (*sweep_x)(const Context&, Real* scratch, int k, int g0, int g1);
   /// y-lines of tiles [t0, t1): R = X + divergence of the y flux.
   void (*sweep_y)(const Context&, Real* scratch, int k, int t0, int t1);
-  /// R += divergence of the flux along cut segments.
-  void (*sweep_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&);
+  /// Divergence of the flux along cut segments: added to X for x- and y-lines (before sweep_y makes R of it),
+  /// to R for z-lines.
+  /// `next`: the batch that comes after, whose nodes are asked for meanwhile, or null.
+  void (*sweep_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&, const SegmentBatch* next);
   /// z sweep of row j, Runge-Kutta update, primitives, positivity test; in the last stage the new
   /// conserved state, filtered along z, goes to A. Returns the number of failed nodes.
   long (*update_row)(const Context&, Real* scratch, int j);

@@ -156,6 +156,7 @@ void sweep_x_group(const Context& shared, Real* scratch, int k, int group) {
         for (int t = 0; t < ctx.tiles; ++t) store(row.r[l] + f * ctx.X.sf + t * tile_width, splat(0.0));
       }
     }
+    for (Index part = 0; part < row.parts; ++part) row.prefetch(static_cast<int>(part), ctx.W.sf);
     return;
   }
   Real* buf = face_zero(scratch);

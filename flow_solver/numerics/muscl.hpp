@@ -13,7 +13,7 @@ struct MusclKernels {
   void (*sweep_x)(const Context&, Real* scratch, int k, int g0, int g1);
   void (*sweep_y)(const Context&, Real* scratch, int k, int t0, int t1);
   /// R += divergence along cut segments.
-  void (*sweep_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&);
+  void (*sweep_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&, const SegmentBatch* next);
   /// z fluxes of row j, stage update, primitives, positivity test; the new conserved state to A.
   /// Returns the number of failed nodes.
   long (*update_row)(const Context&, Real* scratch, int j);

@@ -230,7 +230,7 @@ void sweep_segment_batch_muscl(const Context& ctx, Real* scratch, const SegmentB
   }
 }
 
-void sweep_segments_muscl(const Context& ctx, Real* scratch, int axis, const SegmentBatch& s) {
+void sweep_segments_muscl(const Context& ctx, Real* scratch, int axis, const SegmentBatch& s, const SegmentBatch*) {
   if (axis == 0) sweep_segment_batch_muscl<0>(ctx, scratch, s);
   if (axis == 1) sweep_segment_batch_muscl<1>(ctx, scratch, s);
   if (axis == 2) sweep_segment_batch_muscl<2>(ctx, scratch, s);

@@ -2,7 +2,7 @@
 // the time goes. Usage: flow_speed [n ...] [-t threads] [-v] [-p] [-i isa] [-s steps]; without -t one
 // and two threads; -v with viscosity, -m with marked nodes in every pencil of the front, -p prints the
 // passes; -b a blast and -q a quiet gas with and without the active box; -B a ball of 8,192 facets at rest
-// and moving against none; -l the limits of the machine.
+// and moving against none, -c at so many cells a step only; -l the limits of the machine.
 // With -j every run is one line of JSON as well. Under mpirun: the same cube on all ranks with one thread
 // each, in blocks -x nx ny nz; -w gives every rank a cube of its own; -l measures an exchange.
 //
@@ -15,6 +15,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -37,6 +39,7 @@ struct Request {
   bool viscous = false, passes = false, marked = false, json = false;
   const char* isa = "";
   int steps = 0;
+  double speed = -1.0;  ///< of the ball alone; below 0: all of them
   std::array<int, 3> blocks{};
   bool weak = false;
 };
@@ -240,55 +243,94 @@ void quiet(int n, bool json) {
   if (json) std::printf("{\"kind\": \"quiet\", \"n\": %d, \"part\": %g, \"share\": %g}\n", n, seconds[1] / seconds[0], share);
 }
 
-/// Processor time of a step (median) in a cube with a ball: none, at rest, and moving so many cells a step.
-void ball(int n, int steps, bool json) {
-  constexpr double without = -1.0;
-  const int threads = 1;
-  omp_set_num_threads(threads);  // of the bodies
-  double alone = 0.0;
-  for (const double cells_per_step : {without, 0.0, 0.02, 0.1}) {
+/// A cube of quiet gas with a ball in it that moves by `cells_per_step` cells a step (below 0: no ball).
+class BallRun {
+ public:
+  BallRun(int n, double cells_per_step, bool passes) : n_(n), cells_(cells_per_step) {
     FlowOptions o = unit_options();
-    o.threads = threads;
+    o.threads = 1;
+    o.time_passes = passes;
     const Grid grid = uniform_grid({n, n, n}, {0, 0, 0}, {1, 1, 1});
     const State quiet{.rho = 1.0, .p = 1.0};
-    Flow flow(grid, all_faces(BoundaryKind::outflow, quiet), o);
-    flow.set_state([&](double, double, double) { return quiet; });
+    flow_ = std::make_unique<Flow>(grid, all_faces(BoundaryKind::outflow, quiet), o);
+    flow_->set_state([&](double, double, double) { return quiet; });
+    if (cells_ < 0.0) return;
     std::vector<Body> body;
-    if (cells_per_step != without)
-      body.push_back({.name = "ball", .surface = testing::make_sphere({.45, .5, .5}, .25, 5), .moves = cells_per_step > 0.0});
-    const std::size_t facets = body.empty() ? 0 : body[0].surface.triangles.size() / 3;
-    ImmersedBoundary bodies(grid, o.gas, body, {});
-    if (!body.empty()) {
-      bodies.update_topology(flow.primitives());
-      flow.immerse(&bodies);
-    }
-    std::vector<double> seconds;
-    double t = 0.0;
-    for (int s = 0; s < steps; ++s) {
-      const double dt = flow.stable_step();
-      if (cells_per_step > 0.0) {
-        std::vector<double> x(bodies.position(0).begin(), bodies.position(0).end()), v(x.size(), 0.0);
-        for (std::size_t a = 0; a < x.size(); a += 3) {
-          x[a] += cells_per_step / n;
-          v[a] = cells_per_step / n / dt;
-        }
-        bodies.set_path(0, t, t + dt, x, v);
+    body.push_back({.name = "ball", .surface = testing::make_sphere({.45, .5, .5}, .25, 5), .moves = cells_ > 0.0});
+    facets_ = body[0].surface.triangles.size() / 3;
+    bodies_ = std::make_unique<ImmersedBoundary>(grid, o.gas, body, ImmersedOptions{});
+    bodies_->update_topology(flow_->primitives());
+    flow_->immerse(bodies_.get());
+  }
+  /// Processor seconds of one step.
+  double step() {
+    const double dt = flow_->stable_step();
+    if (cells_ > 0.0) {
+      std::vector<double> x(bodies_->position(0).begin(), bodies_->position(0).end()), v(x.size(), 0.0);
+      for (std::size_t a = 0; a < x.size(); a += 3) {
+        x[a] += cells_ / n_;
+        v[a] = cells_ / n_ / dt;
       }
-      const double begin = cpu_now();
-      flow.advance(t, dt);
-      static_cast<void>(flow.stable_step());  // kept for the next step
-      seconds.push_back(cpu_now() - begin);
-      t += dt;
+      bodies_->set_path(0, t_, t_ + dt, x, v);
     }
-    std::nth_element(seconds.begin(), seconds.begin() + steps / 2, seconds.end());
-    const double median = seconds[static_cast<std::size_t>(steps) / 2];
-    if (cells_per_step == without) alone = median;
-    std::printf("ball in %d^3, %zu facets, %g cells a step: %.1f ms a step, %.3f of one without\n", n, facets,
-                std::max(0.0, cells_per_step), 1e3 * median, median / alone);
-    if (json && cells_per_step != without) {
+    const double begin = cpu_now();
+    flow_->advance(t_, dt);
+    static_cast<void>(flow_->stable_step());  // kept for the next step
+    const double seconds = cpu_now() - begin;
+    t_ += dt;
+    return seconds;
+  }
+  [[nodiscard]] double cells_per_step() const { return cells_; }
+  [[nodiscard]] std::size_t facets() const { return facets_; }
+  [[nodiscard]] std::span<const double> pass_seconds() const { return flow_->pass_seconds(); }
+
+ private:
+  int n_;
+  double cells_, t_ = 0.0;
+  std::size_t facets_ = 0;
+  std::unique_ptr<Flow> flow_;
+  std::unique_ptr<ImmersedBoundary> bodies_;
+};
+
+double median_of(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+/// Processor time of a step in a cube with a ball: none, at rest, and moving so many cells a step (or
+/// only r.speed of them). The cubes step in turn, so that the machine is the same for all: medians of
+/// the time and of its ratio to the step without a ball beside it.
+void ball(int n, const Request& r) {
+  omp_set_num_threads(1);  // of the bodies
+  std::vector<BallRun> runs;
+  std::vector<double> speeds{-1.0, 0.0, 0.02, 0.1};
+  if (r.speed >= 0.0) speeds = {-1.0, r.speed};
+  for (const double cells : speeds) runs.emplace_back(n, cells, r.passes);
+  std::vector<std::vector<double>> seconds(runs.size()), part(runs.size());
+  for (BallRun& run : runs) run.step();
+  std::vector<std::vector<double>> before;
+  for (const BallRun& run : runs) before.emplace_back(run.pass_seconds().begin(), run.pass_seconds().end());
+  const int steps = r.steps > 0 ? r.steps : 9;
+  for (int s = 0; s < steps; ++s) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      seconds[i].push_back(runs[i].step());
+      part[i].push_back(seconds[i].back() / seconds[0].back());
+    }
+  }
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const double time = median_of(seconds[i]), ratio = median_of(part[i]), cells = runs[i].cells_per_step();
+    std::printf("ball in %d^3, %zu facets, %g cells a step: %.1f ms a step, %.3f of one without\n", n, runs[i].facets(),
+                std::max(0.0, cells), 1e3 * time, ratio);
+    if (r.json && cells >= 0.0) {
       std::printf("{\"kind\": \"ball\", \"n\": %d, \"facets\": %zu, \"cells_per_step\": %g, \"seconds\": %g, \"part\": %g}\n", n,
-                  facets, cells_per_step, median, median / alone);
+                  runs[i].facets(), cells, time, ratio);
     }
+    if (!r.passes) continue;
+    std::printf("  ms per step:");
+    for (std::size_t p = 0; p < n_passes; ++p) {
+      std::printf(" %s %.1f,", pass_names[p], 1e3 * (runs[i].pass_seconds()[p] - before[i][p]) / steps);
+    }
+    std::printf("\n");
   }
 }
 
@@ -323,6 +365,7 @@ int run(const Ranks& ranks, int argc, char** argv) {
     if (arg == "-t" && more) r.threads = {std::atoi(argv[++a])};
     else if (arg == "-i" && more) r.isa = argv[++a];
     else if (arg == "-s" && more) r.steps = std::atoi(argv[++a]);
+    else if (arg == "-c" && more) r.speed = std::atof(argv[++a]);
     else if (arg == "-v") r.viscous = true;
     else if (arg == "-m") r.marked = true;
     else if (arg == "-j") r.json = true;
@@ -344,7 +387,7 @@ int run(const Ranks& ranks, int argc, char** argv) {
   if (scene != ' ') {
     for (int n : r.sizes) {
       if (scene == 'q') quiet(n, r.json);
-      else if (scene == 'B') ball(n, r.steps > 0 ? r.steps : 9, r.json);
+      else if (scene == 'B') ball(n, r);
       else for (const double tolerance : {1e-9, 1e-6}) blast(n, tolerance, r.json);
     }
     return 0;
