@@ -155,12 +155,11 @@ void list_ghosts(const Grid& grid, const Bodies& bodies, const FarNodes* far, co
           const GhostUse& other = placed[o].use;
           std::int32_t& of = list.of[other.axis][other.ghost];
           if (of >= 0) continue;
-          if (o != u && !(kept(other) >= 0 && kept(other) == kept(first))) {
+          if (o != u) {  // by what they are, not by what they were, so that a resumed run shares the same
+            const bool same_point = kept(other) >= 0 && kept(other) == kept(first);
             const GhostPoint& there = found(old, topology, other);
-            if (!same(point.foot, there.foot) || !same(point.stencil, there.stencil) ||
-                !same_side(bodies, wall(first), wall(other))) {
-              continue;
-            }
+            if (!same_point && !(same(point.foot, there.foot) && same(point.stencil, there.stencil))) continue;
+            if (!same_side(bodies, wall(first), wall(other))) continue;
           }
           of = number;
           list.use.push_back(other);
