@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "coupler/base/wide_clones.hpp"
 #include "coupler/link/payload.hpp"
 
 namespace ocublast::coupler {
@@ -54,12 +55,12 @@ inline __attribute__((always_inline)) bool predict_second_order(const WallHistor
   return sum == 0.0;
 }
 
-__attribute__((target_clones("avx512f", "avx2", "default"))) bool predict_free(
+OCU_WIDE_CLONES bool predict_free(
     const WallHistory& history, double width, std::span<double> position, std::span<double> velocity) noexcept {
   return predict_second_order<false>(history, width, position, velocity, {});
 }
 
-__attribute__((target_clones("avx512f", "avx2", "default"))) bool predict_on_path(
+OCU_WIDE_CLONES bool predict_on_path(
     const WallHistory& history, double width, std::span<double> position, std::span<double> velocity,
     const PathBegin& path) noexcept {
   return predict_second_order<true>(history, width, position, velocity, path);

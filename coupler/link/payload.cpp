@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
+#include "coupler/base/wide_clones.hpp"
 #include "coupler/link/checksum_wide.hpp"
 
 namespace ocublast::link {
@@ -29,7 +30,7 @@ std::uint64_t checksum(std::span<const std::byte> bytes) noexcept {
   return bytes.empty() ? 0 : XXH3_64bits(bytes.data(), bytes.size());
 }
 
-__attribute__((target_clones("avx512f", "avx2", "default"))) bool all_finite(
+OCU_WIDE_CLONES bool all_finite(
     std::span<const double> values) noexcept {
   // 0 x is 0 for a finite x and not a number else. Eight sums, so that the loop vectorises without
   // reordering any of them.
