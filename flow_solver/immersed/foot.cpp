@@ -131,7 +131,8 @@ Foot find_foot(const Bodies& bodies, const Vec3& x, const Vec3& crossing, std::i
     }
   }
   if (alone != nullptr) {
-    *alone = best_body >= 0 && other_side2 > best2 && !on_sharp_edge(bodies[best_body].topology, best_facet, best.weight);
+    // On an edge two facets are equally near.
+    *alone = best_body >= 0 && other_side2 > best2 && *std::min_element(best.weight.begin(), best.weight.end()) > on_edge;
   }
   if (best_body >= 0) return make_foot(bodies, x, best_body, best_facet, best, &side);
   // Nothing nearer than the crossing itself: the crossed facet's plane.
