@@ -21,6 +21,13 @@ constexpr double stale_share = 0.2;
 /// Largest wall displacement in a step, in cells: a fresh node's held value is then at most a third
 /// of a cell away from the wall it was made for.
 constexpr double largest_step_share = 0.3;
+/// Where a shallow ghost's image lacks the nodes behind the wall, what is read lies farther out than the ghost lies
+/// deep, by more than this (spacings): the pressure's curvature on that difference of ways is added, from a
+/// second place this much farther.
+constexpr double least_offset = 0.1;
+constexpr double second_place = 0.7;
+/// Share of the pressure at which half of that is left: smooth gas stays below a third of it, a shock far above.
+constexpr double largest_curving = 0.02;
 /// A fresh node whose nearest wall now faces another way than the one its value came from.
 constexpr double changed_side_cosine = 0.2;
 
@@ -89,6 +96,8 @@ struct ImmersedBoundary::State {
   void plan_exchange();
   [[nodiscard]] WallState wall_state(const Foot& foot) const;
   void fill_ghosts(FieldsView<Real> W);
+  void curve_pressure(const FluidNodes& view, const GasNodes& W, const GhostPoint& ghost, const NodeIndex& end,
+                      const WallState& wall, Sample& image) const;
   void fill_fresh_nodes(FieldsView<Real> W, const Topology& old);
   [[nodiscard]] bool rebuild(const NodeIndex& node, const Foot& foot, FieldsView<Real> W) const;
 };
@@ -103,6 +112,30 @@ WallState ImmersedBoundary::State::wall_state(const Foot& foot) const {
   wall.velocity = at_foot(s, foot, s.velocity);
   wall.acceleration = dot(at_foot(s, foot, s.acceleration), foot.normal);
   return wall;
+}
+
+/// Less the wall's slope the pressure is even about the wall, q(d) = q(0) + b d^2: adds b (d^2 - D^2) to an image
+/// read at distance D for a ghost at depth d < D. Temperature follows along an isentrope.
+void ImmersedBoundary::State::curve_pressure(const FluidNodes& view, const GasNodes& W, const GhostPoint& ghost,
+                                             const NodeIndex& end, const WallState& wall, Sample& image) const {
+  const Foot& foot = ghost.foot;
+  const double distance = ghost.stencil.distance, depth = std::max(0.0, foot.depth);
+  const double h = view.spacing(foot.normal, end);
+  if (foot.body < 0 || ghost.stencil.own_state || distance - depth < least_offset * h) return;
+  Stencil outer;
+  constexpr double least_share = 0.5;
+  const Vec3 place = foot.point + (distance + second_place * h) * foot.normal;
+  if (view.weigh(place, foot.point, foot.normal, &end, least_share, outer) < least_share) return;
+  if (outer.distance - distance < 0.5 * h) return;
+  const Sample second = sample(outer, W, gas);
+  const double curvature = (pressure_towards_wall(foot, second, wall, outer.distance, gas) -
+                            pressure_towards_wall(foot, image, wall, distance, gas)) /
+                           (outer.distance * outer.distance - distance * distance);
+  const double change = curvature * (depth * depth - distance * distance);
+  const double share = change / (largest_curving * image.p);
+  const double p = image.p + change / (1.0 + share * share);
+  image.T *= std::pow(p / image.p, 1.0 - 1.0 / gas.heat_capacity_ratio);
+  image.p = p;
 }
 
 /// Values of all ghosts into the tables of the lines and, in the band, into their nodes: stencils read
@@ -125,8 +158,9 @@ void ImmersedBoundary::State::fill_ghosts(FieldsView<Real> W) {
       const GhostUse& u = uses.front();
       follow_ghost(grid, bodies, view, u.axis, wall_of(u), u.ghost % n_ghost, false, ghost);
     }
-    const Sample image = sample(ghost.stencil, everywhere, gas);
+    Sample image = sample(ghost.stencil, everywhere, gas);
     const WallState wall = wall_state(ghost.foot);
+    curve_pressure(view, everywhere, ghost, end_node(grid, uses.front().axis, wall_of(uses.front())), wall, image);
     const auto state = ghost_state(ghost.foot, ghost.stencil, image, wall, gas);
     for (const GhostUse& u : uses) {
       CutLines& to = lines[u.axis];
