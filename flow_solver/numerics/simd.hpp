@@ -108,20 +108,34 @@ OCU_INLINE Vec load(const Real* p) {
   load_into(v, p);
   return v;
 }
-OCU_INLINE void load_four_columns(const Real* const row[tile_width], Index offset, Vec node[4]) {
-  Real column[4][tile_width];
-  for (int l = 0; l < tile_width; ++l) {
-    for (int a = 0; a < 4; ++a) column[a][l] = row[l][offset + a];
+OCU_INLINE void load_columns(const Real* const* row, Index offset, Native node[4]) {
+  native_load_columns(row, offset, node);
+}
+OCU_INLINE void store_four_columns(Real* const* row, Index offset, const Native node[4], unsigned rows) {
+  native_store_columns(row, offset, node, rows);
+}
+template <class H>
+OCU_INLINE void load_columns(const Real* const* row, Index offset, Pair<H> node[4]) {
+  H lo[4], hi[4];
+  load_columns(row, offset, lo);
+  load_columns(row + lanes_of<H>, offset, hi);
+  for (int a = 0; a < 4; ++a) node[a] = {lo[a], hi[a]};
+}
+template <class H>
+OCU_INLINE void store_four_columns(Real* const* row, Index offset, const Pair<H> node[4], unsigned rows) {
+  H lo[4], hi[4];
+  for (int a = 0; a < 4; ++a) {
+    lo[a] = node[a].lo;
+    hi[a] = node[a].hi;
   }
-  for (int a = 0; a < 4; ++a) node[a] = load(column[a]);
+  store_four_columns(row, offset, lo, rows);
+  store_four_columns(row + lanes_of<H>, offset, hi, rows >> lanes_of<H>);
+}
+OCU_INLINE void load_four_columns(const Real* const row[tile_width], Index offset, Vec node[4]) {
+  load_columns(row, offset, node);
 }
 OCU_INLINE void store_columns(Real* const row[tile_width], Index offset, const Vec node[tile_width], unsigned rows) {
-  Real column[tile_width][tile_width];
-  for (int a = 0; a < tile_width; ++a) store(column[a], node[a]);
-  for (int l = 0; l < tile_width; ++l) {
-    if (((rows >> l) & 1u) == 0) continue;
-    for (int a = 0; a < tile_width; ++a) row[l][offset + a] = column[a][l];
-  }
+  for (int a = 0; a < tile_width; a += 4) store_four_columns(row, offset + a, node + a, rows);
 }
 #endif
 

@@ -91,6 +91,29 @@ OCU_INLINE Native native_select(unsigned mask, Native a, Native b) {
   return _mm256_blendv_pd(b, a, _mm256_castsi256_pd(set));
 }
 OCU_INLINE void native_stream(double* p, Native v) { _mm256_stream_pd(p, v); }
+/// Four rows to columns: out[a] lane b = r[b] lane a.
+OCU_INLINE void native_transpose(const Native r[4], Native out[4]) {
+  const Native a0 = _mm256_unpacklo_pd(r[0], r[1]), a1 = _mm256_unpackhi_pd(r[0], r[1]);
+  const Native a2 = _mm256_unpacklo_pd(r[2], r[3]), a3 = _mm256_unpackhi_pd(r[2], r[3]);
+  out[0] = _mm256_permute2f128_pd(a0, a2, 0x20);
+  out[1] = _mm256_permute2f128_pd(a1, a3, 0x20);
+  out[2] = _mm256_permute2f128_pd(a0, a2, 0x31);
+  out[3] = _mm256_permute2f128_pd(a1, a3, 0x31);
+}
+/// Four nodes of a register's rows as a register per node.
+OCU_INLINE void native_load_columns(const double* const row[4], Index offset, Native node[4]) {
+  Native r[4];
+  for (int l = 0; l < 4; ++l) r[l] = native_load(row[l] + offset);
+  native_transpose(r, node);
+}
+/// The way back, into the rows whose bit is set.
+OCU_INLINE void native_store_columns(double* const row[4], Index offset, const Native node[4], unsigned rows) {
+  Native r[4];
+  native_transpose(node, r);
+  for (int l = 0; l < 4; ++l) {
+    if (((rows >> l) & 1u) != 0) native_store(row[l] + offset, r[l]);
+  }
+}
 
 #else
 
@@ -100,6 +123,20 @@ OCU_INLINE Native native_splat(double s) { return _mm_set1_pd(s); }
 OCU_INLINE Native native_load(const double* p) { return _mm_loadu_pd(p); }
 OCU_INLINE void native_store(double* p, Native v) { _mm_storeu_pd(p, v); }
 OCU_INLINE void native_stream(double* p, Native v) { _mm_stream_pd(p, v); }
+OCU_INLINE void native_load_columns(const double* const row[2], Index offset, Native node[4]) {
+  for (int half = 0; half < 2; ++half) {
+    const Native r0 = native_load(row[0] + offset + 2 * half), r1 = native_load(row[1] + offset + 2 * half);
+    node[2 * half] = _mm_unpacklo_pd(r0, r1);
+    node[2 * half + 1] = _mm_unpackhi_pd(r0, r1);
+  }
+}
+OCU_INLINE void native_store_columns(double* const row[2], Index offset, const Native node[4], unsigned rows) {
+  for (int half = 0; half < 2; ++half) {
+    const Native n0 = node[2 * half], n1 = node[2 * half + 1];
+    if ((rows & 1u) != 0) native_store(row[0] + offset + 2 * half, _mm_unpacklo_pd(n0, n1));
+    if ((rows & 2u) != 0) native_store(row[1] + offset + 2 * half, _mm_unpackhi_pd(n0, n1));
+  }
+}
 OCU_INLINE Native native_madd(Native a, Native b, Native c) { return a * b + c; }
 OCU_INLINE Native native_nmadd(Native a, Native b, Native c) { return c - a * b; }
 OCU_INLINE Native native_max(Native a, Native b) { return _mm_max_pd(a, b); }

@@ -89,6 +89,33 @@ OCU_INLINE Native native_select(unsigned mask, Native a, Native b) {
   const __m256i set = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(mask)), bits), bits);
   return _mm256_blendv_ps(b, a, _mm256_castsi256_ps(set));
 }
+/// Four rows to columns in both halves: out[a] lane 4 h + b = r[b] lane 4 h + a.
+OCU_INLINE void native_transpose(const Native r[4], Native out[4]) {
+  const __m256d a0 = _mm256_castps_pd(_mm256_unpacklo_ps(r[0], r[1])), a1 = _mm256_castps_pd(_mm256_unpackhi_ps(r[0], r[1]));
+  const __m256d a2 = _mm256_castps_pd(_mm256_unpacklo_ps(r[2], r[3])), a3 = _mm256_castps_pd(_mm256_unpackhi_ps(r[2], r[3]));
+  out[0] = _mm256_castpd_ps(_mm256_unpacklo_pd(a0, a2));
+  out[1] = _mm256_castpd_ps(_mm256_unpackhi_pd(a0, a2));
+  out[2] = _mm256_castpd_ps(_mm256_unpacklo_pd(a1, a3));
+  out[3] = _mm256_castpd_ps(_mm256_unpackhi_pd(a1, a3));
+}
+/// Four nodes of a register's rows as a register per node: loads put halves of two rows together.
+OCU_INLINE void native_load_columns(const float* const row[8], Index offset, Native node[4]) {
+  Native r[4];
+  for (int l = 0; l < 4; ++l) {
+    const Native low = _mm256_castps128_ps256(_mm_loadu_ps(row[l] + offset));
+    r[l] = _mm256_insertf128_ps(low, _mm_loadu_ps(row[l + 4] + offset), 1);
+  }
+  native_transpose(r, node);
+}
+/// The way back, into the rows whose bit is set.
+OCU_INLINE void native_store_columns(float* const row[8], Index offset, const Native node[4], unsigned rows) {
+  Native r[4];
+  native_transpose(node, r);
+  for (int l = 0; l < 4; ++l) {
+    if (((rows >> l) & 1u) != 0) _mm_storeu_ps(row[l] + offset, _mm256_castps256_ps128(r[l]));
+    if (((rows >> (l + 4)) & 1u) != 0) _mm_storeu_ps(row[l + 4] + offset, _mm256_extractf128_ps(r[l], 1));
+  }
+}
 
 #else
 
@@ -114,6 +141,17 @@ OCU_INLINE Native native_select(unsigned mask, Native a, Native b) {
   const __m128 set =
       _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(static_cast<int>(mask)), bits), bits));
   return _mm_or_ps(_mm_and_ps(set, a), _mm_andnot_ps(set, b));
+}
+OCU_INLINE void native_load_columns(const float* const row[4], Index offset, Native node[4]) {
+  for (int l = 0; l < 4; ++l) node[l] = native_load(row[l] + offset);
+  _MM_TRANSPOSE4_PS(node[0], node[1], node[2], node[3]);
+}
+OCU_INLINE void native_store_columns(float* const row[4], Index offset, const Native node[4], unsigned rows) {
+  Native r[4] = {node[0], node[1], node[2], node[3]};
+  _MM_TRANSPOSE4_PS(r[0], r[1], r[2], r[3]);
+  for (int l = 0; l < 4; ++l) {
+    if (((rows >> l) & 1u) != 0) native_store(row[l] + offset, r[l]);
+  }
 }
 
 #endif

@@ -7,6 +7,7 @@ import os
 import statistics
 import subprocess
 
+import flow_instructions
 import flow_ranks
 import reports
 
@@ -143,8 +144,9 @@ def main():
     passes = roofline(options.build, options.quick, records)
     skipping(options.build, options.quick, records)
     bodies(options.build, options.quick, records)
+    instructions = flow_instructions.section(options.build, records)
     ranks = flow_ranks.section(options.build, options.quick, records)
-    reports.write(options.out, "flow", "Flow: speed", records, [passes, ranks])
+    reports.write(options.out, "flow", "Flow: speed", records, [passes, instructions, ranks])
 
 
 if __name__ == "__main__":
