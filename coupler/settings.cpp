@@ -161,6 +161,7 @@ Settings read_settings(CaseReader& reader) {
   section.flag("shared_memory", settings.share_memory, "ipc: large payloads through shared memory");
   section.real("checkpoint_every_s", settings.checkpoint_every,
                {.unit = "s", .min = 0.0, .help = "simulated time between checkpoints, 0: none"});
+  check_interval(section, "checkpoint_every_s", settings.checkpoint_every, settings.common.end_time);
   section.integer("checkpoint_every_windows", settings.checkpoint_every_windows,
                   {.min = 0, .help = "windows between checkpoints, 0: none"});
   section.text("endpoint", settings.endpoint,

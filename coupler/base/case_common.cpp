@@ -1,5 +1,7 @@
 #include "coupler/base/case_common.hpp"
 
+#include <fmt/format.h>
+
 namespace ocublast {
 
 CaseCommon read_case_common(CaseReader& reader) {
@@ -24,6 +26,13 @@ CaseCommon read_case_common(CaseReader& reader) {
   reader.expect_sections({"case", "time", "ambient", "coupling", "flow", "solid", "mesh",
                           "resolution", "report"});
   return common;
+}
+
+void check_interval(Section& section, std::string_view key, double every, double end_time) {
+  constexpr double most = 1e6;
+  if (section.listing() || every <= 0.0 || end_time <= most * every) return;
+  section.fault(key, fmt::format("is {} s, more than a million times in {} s; accepted >= {} s", every, end_time,
+                                 end_time / most));
 }
 
 }  // namespace ocublast

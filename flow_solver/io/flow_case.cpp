@@ -259,6 +259,8 @@ void read_probes_and_output(Section& flow, FlowCase& result) {
   output.real("every_s", result.output.every, {.unit = "s", .min = 0.0, .help = "fields, 0: none"});
   output.real("interface_every_s", result.output.interface_every,
               {.unit = "s", .min = 0.0, .help = "surfaces of bodies, 0: none"});
+  check_interval(output, "every_s", result.output.every, result.common.end_time);
+  check_interval(output, "interface_every_s", result.output.interface_every, result.common.end_time);
 }
 
 }  // namespace

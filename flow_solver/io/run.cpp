@@ -269,7 +269,7 @@ void FlowRun::write_outputs(bool last) {
     if (every <= 0.0) return false;
     // A step that ends within 1e-9 of the interval before the due time counts as there.
     const bool now = clock_.time >= next - 1e-9 * every;
-    while (next - 1e-9 * every <= clock_.time) next += every;
+    if (now) next = every * (std::floor(clock_.time / every + 1e-9) + 1.0);
     return now || last;
   };
   const auto W = std::as_const(flow_).primitives();

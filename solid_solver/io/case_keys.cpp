@@ -91,6 +91,9 @@ void read_output(Section section, const CaseCommon& common, OutputKeys& output) 
                 .help = "width of the running mean of pressures"});
   section.real("checkpoint_every_s", output.checkpoint_every,
                {.unit = "s", .min = 0.0, .help = "between checkpoints of a run alone; 0: none"});
+  check_interval(section, "every_s", output.every, common.end_time);
+  check_interval(section, "history_every_s", output.history_every, common.end_time);
+  check_interval(section, "checkpoint_every_s", output.checkpoint_every, common.end_time);
   const auto known = all_fields();
   section.texts("fields", output.fields,
                 {.help = fmt::format("fields written, of {}", fmt::join(known, ", "))});

@@ -180,6 +180,13 @@ TEST_F(FlowCaseTest, RefusesABodyThatTouchesAStretchedLayer) {
             std::string::npos);
 }
 
+TEST_F(FlowCaseTest, RefusesAnIntervalThatMakesMillionsOfOutputs) {
+  const std::string found = faults("", {"flow.output.every_s=1e-308", "flow.output.interface_every_s=0.0"});
+  EXPECT_NE(found.find("flow.output.every_s"), std::string::npos) << found;
+  EXPECT_NE(found.find("more than a million times"), std::string::npos) << found;
+  EXPECT_EQ(found.find("interface_every_s"), std::string::npos) << found;
+}
+
 TEST_F(FlowCaseTest, ShowsAllFaultsTogether) {
   const std::string found = faults("", {"flow.gas.viscosity=honey", "flow.grid.x.max_m=-1.0", "time.end_s=0.0"});
   EXPECT_NE(found.find("flow.gas.viscosity"), std::string::npos) << found;
