@@ -1,9 +1,9 @@
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/child.hpp"
@@ -22,29 +22,37 @@ struct Checked {
   std::string text;
 };
 
-Checked ask_solver(Party party, const Roster& roster, const RunOptions& options, const std::filesystem::path& scratch) {
+Checked ask_solver(Party party, const Roster& roster, const RunOptions& options,
+                   const std::filesystem::path& scratch) {
   RunOptions plain = options;
   plain.out.clear();
   plain.ranks_flow = plain.ranks_solid = 1;
   plain.resume.clear();
   const std::string word = roster.word(party);
-  Child::Start start{.party = party, .word = word, .command = solver_command(party, roster, plain), .environment = {},
+  Child::Start start{.party = party,
+                     .word = word,
+                     .command = solver_command(party, roster, plain),
+                     .environment = {},
                      .log = scratch / fmt::format("{}.log", roster.file_name(party))};
   start.command.emplace_back("--check");
   Child child(start);
   const auto end = child.wait(check_limit);
   std::ifstream in(start.log);
   std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (!end) text += fmt::format("{}: --check did not end within {} s\n", word, check_limit);
-  else if (end->signal != 0) text += fmt::format("{}: --check was {}\n", word, end->text());
+  if (!end)
+    text += fmt::format("{}: --check did not end within {} s\n", word, check_limit);
+  else if (end->signal != 0)
+    text += fmt::format("{}: --check was {}\n", word, end->text());
   return {end && end->signal == 0 && end->exit_code == 0, text};
 }
 
 }  // namespace
 
 void check_case(const RunOptions& options) {
-  if (options.source.case_file.empty()) throw CaseError("command line: no case file; see coupler check --help");
-  CaseReader reader(options.source);  // a file that cannot be parsed ends here: nobody could read it
+  if (options.source.case_file.empty())
+    throw CaseError("command line: no case file; see coupler check --help");
+  CaseReader reader(
+      options.source);  // a file that cannot be parsed ends here: nobody could read it
   const Settings settings = read_settings(reader);
   std::string faults;
   try {
@@ -70,7 +78,8 @@ void check_case(const RunOptions& options) {
       const std::size_t end = std::min(faults.find('\n', begin), faults.size());
       const std::string fault = faults.substr(begin, end - begin);
       const bool heading = fault.ends_with("the case cannot run:");
-      if (!fault.empty() && !heading && ("\n" + once).find("\n" + fault + "\n") == std::string::npos)
+      if (!fault.empty() && !heading &&
+          ("\n" + once).find("\n" + fault + "\n") == std::string::npos)
         once += fault + "\n";
       begin = end + 1;
     }

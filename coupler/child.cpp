@@ -1,6 +1,7 @@
 #include "coupler/child.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/syscall.h>
@@ -15,8 +16,6 @@
 #include <fstream>
 #include <sstream>
 
-#include <fmt/format.h>
-
 #include "coupler/base/errors.hpp"
 #include "coupler/link/message.hpp"
 #include "coupler/rank_guard.hpp"
@@ -26,11 +25,16 @@ namespace ocublast::coupler {
 std::string ProcessEnd::text() const {
   if (signal != 0) return fmt::format("killed by signal {} ({})", signal, ::strsignal(signal));
   switch (exit_code) {
-    case 0: return "ended with exit code 0 before the run was over";
-    case 2: return "ended with exit code 2 (case)";
-    case 3: return "ended with exit code 3 (link)";
-    case 4: return "ended with exit code 4 (numerics)";
-    default: return fmt::format("ended with exit code {}", exit_code);
+    case 0:
+      return "ended with exit code 0 before the run was over";
+    case 2:
+      return "ended with exit code 2 (case)";
+    case 3:
+      return "ended with exit code 3 (link)";
+    case 4:
+      return "ended with exit code 4 (numerics)";
+    default:
+      return fmt::format("ended with exit code {}", exit_code);
   }
 }
 
@@ -102,8 +106,12 @@ Child::Child(const Start& start) : party_(start.party), guarded_(start.guarded),
 }
 
 Child::Child(Child&& other) noexcept
-    : party_(other.party_), guarded_(other.guarded_), pid_(std::exchange(other.pid_, -1)),
-      pidfd_(std::exchange(other.pidfd_, -1)), log_(std::move(other.log_)), end_(other.end_) {}
+    : party_(other.party_),
+      guarded_(other.guarded_),
+      pid_(std::exchange(other.pid_, -1)),
+      pidfd_(std::exchange(other.pidfd_, -1)),
+      log_(std::move(other.log_)),
+      end_(other.end_) {}
 
 Child& Child::operator=(Child&& other) noexcept {
   std::swap(party_, other.party_);
@@ -124,7 +132,8 @@ std::optional<ProcessEnd> Child::ended() {
   if (end_ || pid_ < 0) return end_;
   int status = 0;
   if (::waitpid(pid_, &status, WNOHANG) != pid_) return {};
-  end_ = WIFSIGNALED(status) ? ProcessEnd{-1, WTERMSIG(status)} : ProcessEnd{WEXITSTATUS(status), 0};
+  end_ =
+      WIFSIGNALED(status) ? ProcessEnd{-1, WTERMSIG(status)} : ProcessEnd{WEXITSTATUS(status), 0};
   return end_;
 }
 
@@ -139,7 +148,8 @@ bool Child::being_taken_down() const {
   std::ifstream stat(fmt::format("/proc/{}/stat", pid_));
   std::string text;
   std::getline(stat, text, '\0');
-  // After the name, which may hold anything: state, four numbers of groups and terminals, its foreground, flags.
+  // After the name, which may hold anything: state, four numbers of groups and terminals, its
+  // foreground, flags.
   std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
   std::string state;
   long skipped = 0;
@@ -177,8 +187,10 @@ std::vector<std::string> split_command(const std::string& command) {
   char quote = '\0';
   for (const char c : command) {
     if (quote != '\0') {
-      if (c == quote) quote = '\0';
-      else words.back() += c;
+      if (c == quote)
+        quote = '\0';
+      else
+        words.back() += c;
       continue;
     }
     if (c == ' ' || c == '\t') {
@@ -187,8 +199,10 @@ std::vector<std::string> split_command(const std::string& command) {
     }
     if (!inside) words.emplace_back();
     inside = true;
-    if (c == '\'' || c == '"') quote = c;
-    else words.back() += c;
+    if (c == '\'' || c == '"')
+      quote = c;
+    else
+      words.back() += c;
   }
   return words;
 }

@@ -20,8 +20,8 @@ struct ProcessEnd {
 };
 
 /// A solver started by the coupler, in a process group of its own so that a Ctrl-C at the terminal
-/// reaches the coupler alone. It gets SIGTERM when the coupler dies. Ended by the destructor. A guarded
-/// one is the child of a guard (rank_guard.hpp), which then is the process meant here.
+/// reaches the coupler alone. It gets SIGTERM when the coupler dies. Ended by the destructor. A
+/// guarded one is the child of a guard (rank_guard.hpp), which then is the process meant here.
 class Child {
  public:
   struct Start {
@@ -29,7 +29,7 @@ class Child {
     std::string word;  ///< how messages call it
     std::vector<std::string> command;
     std::vector<std::pair<std::string, std::string>> environment;  ///< added to ours
-    bool guarded = false;  ///< the command launches processes that may outlive it (mpirun)
+    bool guarded = false;       ///< the command launches processes that may outlive it (mpirun)
     std::filesystem::path log;  ///< standard output and error, appended
   };
   /// Throws LinkError when the program cannot be started.
@@ -45,11 +45,12 @@ class Child {
   [[nodiscard]] std::optional<ProcessEnd> ended();
   /// The same, waiting up to `limit` [s].
   [[nodiscard]] std::optional<ProcessEnd> wait(double limit);
-  /// For a process whose connection is closed, and that is about to end as a rule: waits a moment, longer
-  /// for one that the system takes down already and for a launcher, which has its ranks to end.
+  /// For a process whose connection is closed, and that is about to end as a rule: waits a moment,
+  /// longer for one that the system takes down already and for a launcher, which has its ranks to
+  /// end.
   [[nodiscard]] std::optional<ProcessEnd> wait_after_close();
-  /// Waits up to `patience` [s], then SIGTERM, half a second later SIGKILL, to the whole group; a guard
-  /// does the same with all that descend from it.
+  /// Waits up to `patience` [s], then SIGTERM, half a second later SIGKILL, to the whole group; a
+  /// guard does the same with all that descend from it.
   void end(double patience) noexcept;
 
  private:

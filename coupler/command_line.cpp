@@ -1,7 +1,7 @@
-#include <cstdio>
+#include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
+#include <cstdio>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/log.hpp"
@@ -29,15 +29,20 @@ void add_run_options(CLI::App& app, Line& line) {
   auto& run = line.run;
   app.add_option("case", run.source.case_file, "case file (case.toml)");
   app.add_option("--set", run.source.overrides, "dotted.key=value, may be repeated")
-      ->expected(1)->take_all();
+      ->expected(1)
+      ->take_all();
   app.add_option("--mesh-dir", run.source.mesh_directory, "where the case's meshes lie");
   app.add_option("--out", run.out, "where results go; default results/NAME");
   app.add_option("--resume", run.resume, "run directory whose last checkpoint is continued");
   app.add_option("--flow", run.flow_command, "command of the flow side; default flow_solver");
-  app.add_option("--solid", run.solid_commands, "command of the solid side, of several NAME=COMMAND; default solid_solver")
-      ->expected(1)->take_all();
-  app.add_option("--ranks-flow", run.ranks_flow, "processes of the flow side, under mpirun")->check(CLI::Range(1, 4096));
-  app.add_option("--ranks-solid", run.ranks_solid, "processes of each solid, under mpirun")->check(CLI::Range(1, 4096));
+  app.add_option("--solid", run.solid_commands,
+                 "command of the solid side, of several NAME=COMMAND; default solid_solver")
+      ->expected(1)
+      ->take_all();
+  app.add_option("--ranks-flow", run.ranks_flow, "processes of the flow side, under mpirun")
+      ->check(CLI::Range(1, 4096));
+  app.add_option("--ranks-solid", run.ranks_solid, "processes of each solid, under mpirun")
+      ->check(CLI::Range(1, 4096));
   app.add_option("--threads-flow", run.threads_flow, "threads of the flow side, 0: all")
       ->check(CLI::Range(0, 1024));
   app.add_option("--threads-solid", run.threads_solid, "threads of the solid side, 0: all")
@@ -80,8 +85,10 @@ int run_case(Line& line) {
 int run_command_line(int argc, char** argv) {
   link::keep_freed_memory();
   Line line;
-  CLI::App app{"Couples a flow and a solid solver: starts both, hands out time windows, exchanges "
-               "motion and load, records the traffic.", "coupler"};
+  CLI::App app{
+      "Couples a flow and a solid solver: starts both, hands out time windows, exchanges "
+      "motion and load, records the traffic.",
+      "coupler"};
   app.set_version_flag("--version", fmt::format("coupler {}", version_text));
   app.require_subcommand(0, 1);
   add_run_options(app, line);
@@ -92,8 +99,11 @@ int run_command_line(int argc, char** argv) {
   add_run_options(*check, line);
   auto* status = app.add_subcommand("status", "how far a run is, and whether it still lives");
   status->add_option("directory", line.run.out, "its results")->required();
-  auto* keygen = app.add_subcommand("keygen", "make the keys of tcp runs: coupler.key, flow.key, solid.key");
-  keygen->add_option("directory", line.run.keys, "where they go; give each machine its own key alone")->required();
+  auto* keygen =
+      app.add_subcommand("keygen", "make the keys of tcp runs: coupler.key, flow.key, solid.key");
+  keygen
+      ->add_option("directory", line.run.keys, "where they go; give each machine its own key alone")
+      ->required();
   keygen->add_option("--solids", line.solids, "names of several solids");
   auto* dump = app.add_subcommand("dump", "print a recording");
   dump->add_option("traffic", line.traffic_a, "traffic.ocu")->required();
@@ -103,10 +113,13 @@ int run_command_line(int argc, char** argv) {
   diff->add_option("--tolerance", line.tolerance, "relative to the largest value of a field");
   auto* replay = app.add_subcommand("replay", "stand in for one side, check the other's answers");
   replay->add_option("traffic", line.traffic_a, "traffic.ocu")->required();
-  replay->add_option("--as", line.play, "which side is played")->required()
+  replay->add_option("--as", line.play, "which side is played")
+      ->required()
       ->check(CLI::IsMember({"flow", "solid"}));
-  replay->add_option("--tolerance", line.tolerance, "relative to the largest value of a field; 0: bytes");
-  replay->add_option("--live", line.live, "which of several solids is live when the flow is played; default the first");
+  replay->add_option("--tolerance", line.tolerance,
+                     "relative to the largest value of a field; 0: bytes");
+  replay->add_option("--live", line.live,
+                     "which of several solids is live when the flow is played; default the first");
   add_run_options(*replay, line);
   try {
     app.parse(argc, argv);
@@ -129,9 +142,11 @@ int run_command_line(int argc, char** argv) {
     if (line.solids.empty()) files.emplace_back("solid");
     files.insert(files.end(), line.solids.begin(), line.solids.end());
     link::write_key_set(line.run.keys, link::make_token(), files);
-    std::printf("%s: coupler.key and a key for the flow and each solid, mode 0600. Give --keys (or OCUBLAST_KEYS) this "
-                "folder; on another machine a folder with the one key of its participant is enough.\n",
-                line.run.keys.c_str());
+    std::printf(
+        "%s: coupler.key and a key for the flow and each solid, mode 0600. Give --keys (or "
+        "OCUBLAST_KEYS) this "
+        "folder; on another machine a folder with the one key of its participant is enough.\n",
+        line.run.keys.c_str());
     return 0;
   }
   if (dump->parsed()) {
@@ -140,8 +155,8 @@ int run_command_line(int argc, char** argv) {
   }
   if (diff->parsed()) return diff_traffic(line.traffic_a, line.traffic_b, line.tolerance) ? 0 : 1;
   if (replay->parsed()) {
-    replay_traffic(line.traffic_a, line.play == "flow" ? link::Role::flow : link::Role::solid, line.live, line.run,
-                   line.tolerance);
+    replay_traffic(line.traffic_a, line.play == "flow" ? link::Role::flow : link::Role::solid,
+                   line.live, line.run, line.tolerance);
     return 0;
   }
   return run_case(line);

@@ -24,8 +24,9 @@ void dump_traffic(const std::filesystem::path& file);
                                 double tolerance);
 
 /// `coupler replay`: plays the recorded orders of a run to the participant that is not `played`
-/// (of several solids `live`; the first for an empty name) and compares its answers byte for byte, or within `tolerance` relative to the largest value of
-/// the field. Throws LinkError at the first difference.
+/// (of several solids `live`; the first for an empty name) and compares its answers byte for byte,
+/// or within `tolerance` relative to the largest value of the field. Throws LinkError at the first
+/// difference.
 void replay_traffic(const std::filesystem::path& file, link::Role played, const std::string& live,
                     const RunOptions& options, double tolerance);
 

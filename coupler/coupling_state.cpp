@@ -1,6 +1,7 @@
 #include "coupler/coupling_state.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,8 +9,6 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/link/checkpoint_place.hpp"
@@ -24,7 +23,8 @@ SharedValues SharedValues::from(std::vector<double> values) {
 
 std::span<double> SharedValues::own() {
   if (owner.use_count() > 1) *this = from({values.begin(), values.end()});
-  return {const_cast<double*>(values.data()), values.size()};  // no constants: `from` made them of a vector
+  return {const_cast<double*>(values.data()),
+          values.size()};  // no constants: `from` made them of a vector
 }
 
 namespace {
@@ -47,7 +47,8 @@ static_assert(std::is_trivially_copyable_v<Fixed>);
 
 /// The arrays of a state in the order of the file; the last two only where the flow is ahead.
 std::array<SharedValues*, 9> arrays_of(CouplingState& s, FlowAhead& ahead) {
-  return {&s.position, &s.velocity, &s.velocity_before, &s.acceleration, &s.load, &s.wall, &s.path_end, &ahead.load, &ahead.balance};
+  return {&s.position, &s.velocity, &s.velocity_before, &s.acceleration, &s.load,
+          &s.wall,     &s.path_end, &ahead.load,        &ahead.balance};
 }
 
 Fixed to_fixed(const CouplingState& s, std::uint64_t case_hash, std::uint64_t mesh_hash) {
@@ -93,10 +94,15 @@ CouplingState from_fixed(const Fixed& f) {
   s.zero_loads = f.zero_loads;
   s.balance = f.balance;
   if (f.has_ahead == 0) return s;
-  s.ahead = FlowAhead{.window = f.ahead, .idle = f.ahead_idle != 0,
-                      .steps = static_cast<std::uint32_t>(f.ahead_steps), .work = f.ahead_work,
+  s.ahead = FlowAhead{.window = f.ahead,
+                      .idle = f.ahead_idle != 0,
+                      .steps = static_cast<std::uint32_t>(f.ahead_steps),
+                      .work = f.ahead_work,
                       .impulse = {f.ahead_impulse[0], f.ahead_impulse[1], f.ahead_impulse[2]},
-                      .impedance = f.ahead_impedance, .stable_step = f.ahead_stable_step, .load = {}, .balance = {}};
+                      .impedance = f.ahead_impedance,
+                      .stable_step = f.ahead_stable_step,
+                      .load = {},
+                      .balance = {}};
   return s;
 }
 
@@ -111,7 +117,9 @@ SharedValues take_values(const std::string& bytes, std::size_t& at, std::size_t 
   return SharedValues::from(std::move(values));
 }
 
-std::uint64_t hash_of(std::string_view bytes) { return link::checksum(std::as_bytes(std::span(bytes))); }
+std::uint64_t hash_of(std::string_view bytes) {
+  return link::checksum(std::as_bytes(std::span(bytes)));
+}
 
 }  // namespace
 
@@ -141,7 +149,8 @@ StoredState read_state(const std::filesystem::path& directory) {
   Fixed fixed{};
   constexpr std::size_t overhead = magic.size() + sizeof(Fixed) + sizeof(std::uint64_t);
   if (bytes.size() < overhead || !bytes.starts_with(magic))
-    throw LinkError(fmt::format("{}: missing, or not a coupler's state of this version", file.string()));
+    throw LinkError(
+        fmt::format("{}: missing, or not a coupler's state of this version", file.string()));
   std::uint64_t hash = 0;
   std::memcpy(&hash, bytes.data() + bytes.size() - sizeof hash, sizeof hash);
   std::memcpy(&fixed, bytes.data() + magic.size(), sizeof fixed);
@@ -150,7 +159,8 @@ StoredState read_state(const std::filesystem::path& directory) {
   if (hash != hash_of(std::string_view(bytes).substr(0, bytes.size() - sizeof hash)) ||
       bytes.size() != overhead + n_values * sizeof(double))
     throw LinkError(fmt::format("{}: damaged; resume from another checkpoint", file.string()));
-  StoredState stored{.state = from_fixed(fixed), .case_hash = fixed.case_hash, .mesh_hash = fixed.mesh_hash};
+  StoredState stored{
+      .state = from_fixed(fixed), .case_hash = fixed.case_hash, .mesh_hash = fixed.mesh_hash};
   FlowAhead ahead;
   const auto arrays = arrays_of(stored.state, ahead);
   std::size_t at = magic.size() + sizeof fixed;
@@ -197,7 +207,8 @@ void complete_checkpoint(const std::filesystem::path& run, std::uint64_t window,
   sync(directory.parent_path());
   std::vector<std::filesystem::path> complete;
   for (const auto& entry : std::filesystem::directory_iterator(directory.parent_path()))
-    if (entry.is_directory() && entry.path().extension() != ".part") complete.push_back(entry.path());
+    if (entry.is_directory() && entry.path().extension() != ".part")
+      complete.push_back(entry.path());
   std::sort(complete.begin(), complete.end());
   for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < complete.size(); ++i)
     std::filesystem::remove_all(complete[i]);

@@ -1,15 +1,14 @@
 #include "coupler/event_log.hpp"
 
 #include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <ctime>
 #include <fstream>
-
-#include <fmt/chrono.h>
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "coupler/base/errors.hpp"
@@ -21,8 +20,8 @@ std::string utc_now() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   const auto whole = std::chrono::duration_cast<std::chrono::seconds>(now);
   const auto part = std::chrono::duration_cast<std::chrono::milliseconds>(now - whole);
-  return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(static_cast<std::time_t>(whole.count())),
-                     part.count());
+  return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z",
+                     fmt::gmtime(static_cast<std::time_t>(whole.count())), part.count());
 }
 
 constexpr const char* status_name = "status.json";
@@ -43,14 +42,17 @@ EventLog::EventLog(const std::filesystem::path& file)
   if (fd_ < 0) throw LinkError(fmt::format("{}: cannot be created", file.string()));
 }
 
-EventLog::~EventLog() { ::close(fd_); }
+EventLog::~EventLog() {
+  ::close(fd_);
+}
 
 void EventLog::note(const char* event, const nlohmann::json& more) noexcept {
   try {
     nlohmann::json line{{"time_utc", utc_now()}, {"event", event}};
     line.update(more);
     // Text of a solver may hold anything: bytes that are no UTF-8 are replaced.
-    const std::string text = line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    const std::string text =
+        line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
     static_cast<void>(!::write(fd_, text.data(), text.size()));
   } catch (const std::exception&) {
     // Nothing depends on it.
@@ -59,12 +61,20 @@ void EventLog::note(const char* event, const nlohmann::json& more) noexcept {
 
 void write_status(const std::filesystem::path& directory, const RunStatus& s) noexcept {
   try {
-    const nlohmann::json json{{"time_utc", utc_now()}, {"case", s.case_name}, {"phase", s.phase},
-                              {"detail", s.detail}, {"window", s.window}, {"time_s", s.time},
-                              {"end_s", s.end_time}, {"left_s", s.seconds_left},
-                              {"microseconds_per_window", 1e6 * s.overhead}, {"theta", s.theta},
-                              {"energy_error_relative", s.energy_error}, {"flow", s.flow},
-                              {"solid", s.solid}, {"pid", ::getpid()}};
+    const nlohmann::json json{{"time_utc", utc_now()},
+                              {"case", s.case_name},
+                              {"phase", s.phase},
+                              {"detail", s.detail},
+                              {"window", s.window},
+                              {"time_s", s.time},
+                              {"end_s", s.end_time},
+                              {"left_s", s.seconds_left},
+                              {"microseconds_per_window", 1e6 * s.overhead},
+                              {"theta", s.theta},
+                              {"energy_error_relative", s.energy_error},
+                              {"flow", s.flow},
+                              {"solid", s.solid},
+                              {"pid", ::getpid()}};
     const auto file = directory / status_name;
     auto aside = file;
     aside += ".part";
@@ -80,7 +90,9 @@ void write_status(const std::filesystem::path& directory, const RunStatus& s) no
 void print_status(const std::filesystem::path& directory) {
   const auto file = directory / status_name;
   std::ifstream in(file);
-  if (!in) throw CaseError(fmt::format("{}: no {} in it: not the results of a coupled run", directory.string(), status_name));
+  if (!in)
+    throw CaseError(fmt::format("{}: no {} in it: not the results of a coupled run",
+                                directory.string(), status_name));
   nlohmann::json s;
   try {
     s = nlohmann::json::parse(in);
@@ -88,12 +100,15 @@ void print_status(const std::filesystem::path& directory) {
     const bool over = phase == "ended" || phase == "failed" || phase == "stopped";
     const bool alive = coupler_lives(directory);
     fmt::print("{}: {}{} (as of {})\n", s.at("case").get<std::string>(), phase,
-               over || alive ? "" : ", but its coupler is gone", s.at("time_utc").get<std::string>());
+               over || alive ? "" : ", but its coupler is gone",
+               s.at("time_utc").get<std::string>());
     const double end = s.at("end_s");
     const double time = s.at("time_s");
-    fmt::print("window {}, t = {:.6g} s of {:.6g} s ({:.1f} %)", s.at("window").get<std::uint64_t>(), time, end,
+    fmt::print("window {}, t = {:.6g} s of {:.6g} s ({:.1f} %)",
+               s.at("window").get<std::uint64_t>(), time, end,
                end > 0.0 ? 100.0 * time / end : 100.0);
-    if (const double left = s.at("left_s"); left > 0.0 && alive) fmt::print(", about {:.0f} s left", left);
+    if (const double left = s.at("left_s"); left > 0.0 && alive)
+      fmt::print(", about {:.0f} s left", left);
     fmt::print("\ncoupling {:.0f} us per window, theta {:.3g}, interface energy error {:.2e}\n",
                s.at("microseconds_per_window").get<double>(), s.at("theta").get<double>(),
                s.at("energy_error_relative").get<double>());

@@ -2,9 +2,8 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
-
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
 namespace ocublast::coupler {
 
@@ -26,16 +25,16 @@ class EventLog {
 /// What DIR/status.json says of a run, renewed about once a second.
 struct RunStatus {
   std::string case_name;
-  std::string phase;           ///< "handshake", "windows", "checkpoint", "farewell", "ended", "failed"
-  std::string detail;          ///< why it failed
+  std::string phase;   ///< "handshake", "windows", "checkpoint", "farewell", "ended", "failed"
+  std::string detail;  ///< why it failed
   std::uint64_t window = 0;
-  double time = 0.0;           ///< s
-  double end_time = 0.0;       ///< s
-  double seconds_left = 0.0;   ///< s of wall time, estimated; 0: not known
-  double overhead = 0.0;       ///< s per window, median
+  double time = 0.0;          ///< s
+  double end_time = 0.0;      ///< s
+  double seconds_left = 0.0;  ///< s of wall time, estimated; 0: not known
+  double overhead = 0.0;      ///< s per window, median
   double theta = 0.0;
-  double energy_error = 0.0;   ///< relative
-  std::string flow, solid;     ///< their own progress texts
+  double energy_error = 0.0;  ///< relative
+  std::string flow, solid;    ///< their own progress texts
 };
 
 /// Replaces DIR/status.json at once. Never throws.

@@ -1,9 +1,9 @@
 #include "coupler/exchange.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 
@@ -22,7 +22,9 @@ constexpr double no_limit = 1e9;
 constexpr unsigned unrecorded_slots = 2;
 
 /// Slots of this size that a sender may fill before the recording must have written the oldest.
-std::size_t unwritten_slots(std::size_t slot_bytes) { return link::memory_slots(slot_bytes) - 2; }
+std::size_t unwritten_slots(std::size_t slot_bytes) {
+  return link::memory_slots(slot_bytes) - 2;
+}
 
 bool all_zero(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return v == 0.0; });
@@ -30,11 +32,18 @@ bool all_zero(std::span<const double> values) {
 
 }  // namespace
 
-Exchange::Exchange(Partners& partners, Server& server, const Settings& settings, std::vector<Interface> interfaces,
-                   bool sends_force, TrafficWriter* traffic)
-    : partners_(partners), server_(server), settings_(settings), interfaces_(std::move(interfaces)),
-      components_(sends_force ? 3 : 1), traffic_(traffic), asked_(server.roster().size()),
-      answers_(server.roster().size()), in_memory_(server.roster().size()), unwritten_(server.roster().size()) {
+Exchange::Exchange(Partners& partners, Server& server, const Settings& settings,
+                   std::vector<Interface> interfaces, bool sends_force, TrafficWriter* traffic)
+    : partners_(partners),
+      server_(server),
+      settings_(settings),
+      interfaces_(std::move(interfaces)),
+      components_(sends_force ? 3 : 1),
+      traffic_(traffic),
+      asked_(server.roster().size()),
+      answers_(server.roster().size()),
+      in_memory_(server.roster().size()),
+      unwritten_(server.roster().size()) {
   for (Interface& i : interfaces_) {
     i.first_flow = n_flow_;
     i.first_solid = n_solid_;
@@ -44,14 +53,19 @@ Exchange::Exchange(Partners& partners, Server& server, const Settings& settings,
   }
   const std::size_t bytes = 6 * n_flow_ * sizeof(double);
   if (server.reads_memory(Party::flow))
-    motion_memory_ = link::SharedMemory(bytes, traffic == nullptr ? unrecorded_slots : link::memory_slots(bytes));
+    motion_memory_ = link::SharedMemory(
+        bytes, traffic == nullptr ? unrecorded_slots : link::memory_slots(bytes));
   if (mapped_) motion_.resize(6 * n_solid_);
-  unwritten_[index_of(Party::flow)] = unwritten_slots((components_ * n_flow_ + 4 * interfaces_.size()) * sizeof(double));
+  unwritten_[index_of(Party::flow)] =
+      unwritten_slots((components_ * n_flow_ + 4 * interfaces_.size()) * sizeof(double));
   for (std::size_t k = 0; k < interfaces_.size(); ++k)
-    unwritten_[index_of(solid_party(k))] = unwritten_slots(9 * interfaces_[k].n_solid * sizeof(double));
+    unwritten_[index_of(solid_party(k))] =
+        unwritten_slots(9 * interfaces_[k].n_solid * sizeof(double));
 }
 
-std::span<double> Exchange::motion_room() { return mapped_ ? std::span(motion_) : motion_to_send(); }
+std::span<double> Exchange::motion_room() {
+  return mapped_ ? std::span(motion_) : motion_to_send();
+}
 
 void Exchange::set_wall(std::span<const double> position) {
   if (!mapped_) return;
@@ -62,8 +76,10 @@ void Exchange::set_wall(std::span<const double> position) {
   for (const Interface& i : interfaces_) {
     const auto mine = from.subspan(3 * i.first_solid, 3 * i.n_solid);
     const auto its = to.subspan(3 * i.first_flow, 3 * i.n_flow);
-    if (i.map) i.map->map_position(mine, its);
-    else std::copy(mine.begin(), mine.end(), its.begin());
+    if (i.map)
+      i.map->map_position(mine, its);
+    else
+      std::copy(mine.begin(), mine.end(), its.begin());
   }
 }
 
@@ -76,8 +92,10 @@ void Exchange::map_motion() {
   for (const Interface& i : interfaces_) {
     const auto mine = motion.subspan(3 * (n_solid_ + i.first_solid), 3 * i.n_solid);
     const auto its = out.subspan(3 * (n_flow_ + i.first_flow), 3 * i.n_flow);
-    if (i.map) i.map->map_vectors(mine, its);
-    else std::copy(mine.begin(), mine.end(), its.begin());
+    if (i.map)
+      i.map->map_vectors(mine, its);
+    else
+      std::copy(mine.begin(), mine.end(), its.begin());
   }
 }
 
@@ -120,8 +138,8 @@ void Exchange::spare_memory(Party party) {
   }
 }
 
-void Exchange::post(Party party, Header step, zmq::message_t& frame, std::span<const std::byte> memory,
-                    std::optional<std::uint64_t> same_as) {
+void Exchange::post(Party party, Header step, zmq::message_t& frame,
+                    std::span<const std::byte> memory, std::optional<std::uint64_t> same_as) {
   if (traffic_ != nullptr) spare_memory(party);
   asked_[index_of(party)] = step;
   zmq::message_t kept;  // sending empties the frame
@@ -137,8 +155,10 @@ void Exchange::post(Party party, Header step, zmq::message_t& frame, std::span<c
   }
   const auto record = traffic_->append(direction, link::decode(sent), memory, same_as);
   if (same_as) return;
-  if (party == Party::flow) motions_in_memory_.push_back(record);
-  else in_memory_[index_of(Party::flow)].back() = record;  // a part of the flow's answer
+  if (party == Party::flow)
+    motions_in_memory_.push_back(record);
+  else
+    in_memory_[index_of(Party::flow)].back() = record;  // a part of the flow's answer
 }
 
 void Exchange::post_motion(const Ask& ask) {
@@ -194,18 +214,22 @@ void Exchange::post_load(const Ask& ask, std::span<const double> load) {
 void Exchange::post_parts(const Ask& ask, std::span<const double> load, const Answer* flow) {
   zero_loads_ = 0;
   for (std::size_t k = 0; k < interfaces_.size(); ++k) {
-    const auto part = load.subspan(components_ * interfaces_[k].first_flow, components_ * interfaces_[k].n_flow);
+    const auto part =
+        load.subspan(components_ * interfaces_[k].first_flow, components_ * interfaces_[k].n_flow);
     const std::uint64_t bit = std::uint64_t{1} << k;
     const bool zero = all_zero(part);
     if (zero) zero_loads_ |= bit;
     zmq::message_t nothing;
-    if (zero && (ask.zero_before & bit) != 0) post(solid_party(k), make_step(solid_party(k), ask), nothing, {}, {});
-    else post_part(k, ask, part, flow);
+    if (zero && (ask.zero_before & bit) != 0)
+      post(solid_party(k), make_step(solid_party(k), ask), nothing, {}, {});
+    else
+      post_part(k, ask, part, flow);
   }
 }
 
 /// Load as it is or, mapped, forces where the solid takes them, else its vertices' overpressure.
-void Exchange::post_part(std::size_t k, const Ask& ask, std::span<const double> load, const Answer* flow) {
+void Exchange::post_part(std::size_t k, const Ask& ask, std::span<const double> load,
+                         const Answer* flow) {
   const Interface& i = interfaces_[k];
   const Party party = solid_party(k);
   Header step = make_step(party, ask);
@@ -246,31 +270,34 @@ void Exchange::check(Incoming& result) const {
   const Header& asked = *asked_[index_of(party)];
   if (h.window != asked.window || h.t_begin != asked.t_begin || h.t_end != asked.t_end ||
       h.iteration != asked.iteration)
-    throw PartnerFault(party, fmt::format("answered window {} ({} s to {} s, iteration {}), asked was "
-                                          "window {} ({} s to {} s, iteration {})", h.window, h.t_begin,
-                                          h.t_end, h.iteration, asked.window, asked.t_begin, asked.t_end,
-                                          asked.iteration));
+    throw PartnerFault(
+        party, fmt::format("answered window {} ({} s to {} s, iteration {}), asked was "
+                           "window {} ({} s to {} s, iteration {})",
+                           h.window, h.t_begin, h.t_end, h.iteration, asked.window, asked.t_begin,
+                           asked.t_end, asked.iteration));
   std::uint32_t expected = !flow              ? field::position | field::velocity
                            : components_ == 3 ? field::force
                                               : field::overpressure;
   if (asked.wants_acceleration) expected |= field::acceleration;
   if (h.idle) expected = 0;
   // A flow may leave the balances of several interfaces out: then they are not reported one by one.
-  const bool balanced = flow && !h.idle && interfaces_.size() > 1 && h.n_interfaces == interfaces_.size();
+  const bool balanced =
+      flow && !h.idle && interfaces_.size() > 1 && h.n_interfaces == interfaces_.size();
   if (h.fields != expected && !(balanced && h.fields == (expected | field::balance)))
     throw PartnerFault(party, fmt::format("RESULT of window {} holds fields {:#x}, expected {:#x}",
                                           h.window, h.fields, expected));
   if (h.fields != 0 && h.n_vertices != asked.n_vertices)
     throw PartnerFault(party, fmt::format("RESULT of window {} has {} vertices, the interface "
-                                          "mesh {}", h.window, h.n_vertices, asked.n_vertices));
+                                          "mesh {}",
+                                          h.window, h.n_vertices, asked.n_vertices));
 }
 
 /// Length, checksum and finiteness; false where only finiteness is left, and left to the caller.
 bool Exchange::check_values(Incoming& result) const {
   const Header& h = result.header;
   const auto bytes = result.payload();
-  if (checks_later_ && interfaces_.size() == 1 && h.memory.pid != 0 && bytes.size() == h.payload_bytes &&
-      h.payload_checksum == 0)
+  if (checks_later_ && interfaces_.size() == 1 && h.memory.pid != 0 &&
+      bytes.size() == h.payload_bytes && h.payload_checksum == 0)
     return false;
   try {
     link::check_payload(h, bytes);
@@ -293,14 +320,20 @@ void Exchange::accept(Incoming message) {
   const Party party = message.party;
   const auto i = index_of(party);
   if (message.header.kind != Kind::result || !asked_[i] || answers_[i])
-    throw PartnerFault(party, fmt::format("sent {} while RESULT was awaited", link::to_word(message.header.kind)));
+    throw PartnerFault(
+        party, fmt::format("sent {} while RESULT was awaited", link::to_word(message.header.kind)));
   check(message);
   const bool checked = check_values(message);
   asked_[i].reset();
   partners_.set_computing(party, false);
   auto kept = std::make_shared<Incoming>(std::move(message));
-  Answer answer{.totals = kept->header, .owner = kept, .view = link::view_payload(kept->header, kept->payload()),
-                .message = kept, .record = {}, .each = {}, .checked = checked};
+  Answer answer{.totals = kept->header,
+                .owner = kept,
+                .view = link::view_payload(kept->header, kept->payload()),
+                .message = kept,
+                .record = {},
+                .each = {},
+                .checked = checked};
   if (traffic_ != nullptr) {
     const Direction direction{party, true};
     if (kept->header.memory.pid == 0) {
@@ -322,7 +355,9 @@ Answer Exchange::collect(Party party) {
   return out;
 }
 
-Answer Exchange::collect_flow() { return collect(Party::flow); }
+Answer Exchange::collect_flow() {
+  return collect(Party::flow);
+}
 
 Answer Exchange::collect_solids(const CouplingState& state) {
   if (interfaces_.size() == 1) return collect(Party::solid);
@@ -347,8 +382,10 @@ Answer Exchange::combine(std::vector<Answer> answers, const CouplingState& state
     sum.work += h.work;
     for (std::size_t a = 0; a < 3; ++a) sum.impulse[a] += h.impulse[a];
     if (h.mass_per_area > 0.0)
-      sum.mass_per_area = sum.mass_per_area > 0.0 ? std::min(sum.mass_per_area, h.mass_per_area) : h.mass_per_area;
-    sum.compute_seconds = std::max(sum.compute_seconds, h.compute_seconds);  // they compute side by side
+      sum.mass_per_area =
+          sum.mass_per_area > 0.0 ? std::min(sum.mass_per_area, h.mass_per_area) : h.mass_per_area;
+    sum.compute_seconds =
+        std::max(sum.compute_seconds, h.compute_seconds);  // they compute side by side
     if (!h.status.empty()) sum.status += (sum.status.empty() ? "" : "; ") + h.status;
   }
   if (sum.idle) return all;
@@ -358,10 +395,14 @@ Answer Exchange::combine(std::vector<Answer> answers, const CouplingState& state
   for (std::size_t k = 0; k < answers.size(); ++k) {
     const std::size_t at = 3 * interfaces_[k].first_solid, count = 3 * interfaces_[k].n_solid;
     const auto& view = answers[k].view;
-    const auto position = answers[k].header().idle ? state.position.values.subspan(at, count) : view.position;
+    const auto position =
+        answers[k].header().idle ? state.position.values.subspan(at, count) : view.position;
     std::copy(position.begin(), position.end(), whole.begin() + static_cast<long>(at));
-    std::copy(view.velocity.begin(), view.velocity.end(), whole.begin() + static_cast<long>(n + at));
-    if (accelerated) std::copy(view.acceleration.begin(), view.acceleration.end(), whole.begin() + static_cast<long>(2 * n + at));
+    std::copy(view.velocity.begin(), view.velocity.end(),
+              whole.begin() + static_cast<long>(n + at));
+    if (accelerated)
+      std::copy(view.acceleration.begin(), view.acceleration.end(),
+                whole.begin() + static_cast<long>(2 * n + at));
   }
   all.view.position = whole.first(n);
   all.view.velocity = whole.subspan(n, n);

@@ -1,8 +1,8 @@
 #include "coupler/handshake.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/link/payload.hpp"
@@ -19,12 +19,18 @@ namespace {
 class Progress {
  public:
   Progress(Partners& partners, Server& server, const CouplingState& state)
-      : partners_(partners), server_(server), roster_(server.roster()), state_(state),
-        mesh_here_(roster_.n_solids()), ready_(roster_.size()) {
+      : partners_(partners),
+        server_(server),
+        roster_(server.roster()),
+        state_(state),
+        mesh_here_(roster_.n_solids()),
+        ready_(roster_.size()) {
     result_.solids.resize(roster_.n_solids());
   }
 
-  [[nodiscard]] bool done() const { return std::find(ready_.begin(), ready_.end(), false) == ready_.end(); }
+  [[nodiscard]] bool done() const {
+    return std::find(ready_.begin(), ready_.end(), false) == ready_.end();
+  }
   /// Whom to blame when nothing more comes, and for what.
   [[nodiscard]] std::pair<Party, std::string> missing() const;
   void accept(Incoming message);
@@ -72,7 +78,8 @@ void Progress::accept(Incoming message) {
   }
   const bool flow = party == Party::flow;
   const bool first_mesh = !flow && !mesh_here_[index_of(party) - 1];
-  const bool ready_due = !ready_[index_of(party)] && (flow ? meshes_sent_ : mesh_here_[index_of(party) - 1]);
+  const bool ready_due =
+      !ready_[index_of(party)] && (flow ? meshes_sent_ : mesh_here_[index_of(party) - 1]);
   if (message.header.kind == Kind::hello) {
     partners_.set_computing(party, !flow);  // the flow waits for the meshes
   } else if (message.header.kind == Kind::mesh && first_mesh) {
@@ -92,11 +99,12 @@ void Progress::accept(Incoming message) {
 void Progress::check_mesh(Incoming& message) const {
   const Header& header = message.header;
   if (header.n_vertices == 0 || (header.n_triangles == 0 && message.party == Party::flow))
-    throw PartnerFault(message.party, fmt::format("MESH with {} vertices and {} triangles", header.n_vertices,
-                                                  header.n_triangles));
+    throw PartnerFault(message.party, fmt::format("MESH with {} vertices and {} triangles",
+                                                  header.n_vertices, header.n_triangles));
   const std::uint64_t hash = link::checksum(message.payload());
   if (hash != header.mesh_hash)
-    throw PartnerFault(message.party, fmt::format("MESH has hash {:016x}, announced {:016x}", hash, header.mesh_hash));
+    throw PartnerFault(message.party, fmt::format("MESH has hash {:016x}, announced {:016x}", hash,
+                                                  header.mesh_hash));
   try {
     static_cast<void>(link::mesh_from_payload(header, message.payload()));
   } catch (const LinkError& error) {
@@ -114,10 +122,13 @@ void Progress::accept_mesh(Incoming& message) {
 void Progress::accept_flow_mesh(Incoming& message) {
   check_mesh(message);
   std::size_t k = 0;
-  while (roster_.several() && k < roster_.n_solids() && roster_.solids()[k] != message.header.mesh_name) ++k;
+  while (roster_.several() && k < roster_.n_solids() &&
+         roster_.solids()[k] != message.header.mesh_name)
+    ++k;
   if (k == roster_.n_solids() || result_.solids[k].flow_mesh)
-    throw PartnerFault(Party::flow, fmt::format("MESH '{}': {}", message.header.mesh_name,
-                                                k == roster_.n_solids() ? "no solid is called so" : "came twice"));
+    throw PartnerFault(
+        Party::flow, fmt::format("MESH '{}': {}", message.header.mesh_name,
+                                 k == roster_.n_solids() ? "no solid is called so" : "came twice"));
   result_.solids[k].flow_mesh = MeshMessage{message.header, std::move(message.frames.payload)};
 }
 
@@ -136,7 +147,8 @@ void Progress::forward_meshes() {
   meshes_sent_ = true;
 }
 
-/// READY repeats the hash of the mesh that its sender works on; of several, the hash of their hashes.
+/// READY repeats the hash of the mesh that its sender works on; of several, the hash of their
+/// hashes.
 void Progress::require_mesh_of(const Incoming& message) const {
   const bool flow = message.party == Party::flow;
   std::vector<std::uint64_t> hashes;
@@ -145,15 +157,19 @@ void Progress::require_mesh_of(const Incoming& message) const {
     const SolidHands& solid = result_.solids[k];
     if (!flow && solid_party(k) != message.party) continue;
     own = own || (flow && solid.flow_mesh);
-    hashes.push_back(flow && solid.flow_mesh ? solid.flow_mesh->header.mesh_hash : solid.mesh.header.mesh_hash);
+    hashes.push_back(flow && solid.flow_mesh ? solid.flow_mesh->header.mesh_hash
+                                             : solid.mesh.header.mesh_hash);
     if (flow && !solid.flow_mesh && solid.mesh.header.n_triangles == 0)
-      throw PartnerFault(solid_party(k), "MESH without triangles: a solid of scattered nodes needs a flow that has a "
-                                         "surface of its own (flow.body.surface)");
+      throw PartnerFault(
+          solid_party(k),
+          "MESH without triangles: a solid of scattered nodes needs a flow that has a "
+          "surface of its own (flow.body.surface)");
   }
   const std::uint64_t expected =
       hashes.size() == 1 ? hashes.front() : link::checksum(std::as_bytes(std::span(hashes)));
   if (message.header.mesh_hash != expected)
-    throw PartnerFault(message.party, fmt::format("READY for the mesh {:016x}, {} is {:016x}", message.header.mesh_hash,
+    throw PartnerFault(message.party, fmt::format("READY for the mesh {:016x}, {} is {:016x}",
+                                                  message.header.mesh_hash,
                                                   own ? "its own" : "the run's mesh", expected));
 }
 
@@ -164,15 +180,20 @@ void Progress::accept_ready(Incoming message) {
   const std::uint64_t window = party == Party::flow ? state_.flow_window() : state_.window;
   const double time = party == Party::flow ? state_.flow_time() : state_.time;
   if (header.window != window || header.time != time)
-    throw PartnerFault(party, fmt::format("stands at window {}, t = {} s; the coupler at window {}, "
-                                          "t = {} s", header.window, header.time, window, time));
-  if (header.fields != 0 && (party == Party::flow || header.n_vertices != hands(party).mesh.header.n_vertices))
+    throw PartnerFault(party,
+                       fmt::format("stands at window {}, t = {} s; the coupler at window {}, "
+                                   "t = {} s",
+                                   header.window, header.time, window, time));
+  if (header.fields != 0 &&
+      (party == Party::flow || header.n_vertices != hands(party).mesh.header.n_vertices))
     throw PartnerFault(party, "READY with a motion that does not fit the mesh");
   ready_[index_of(party)] = true;
   server_.set_reads_memory(party, header.shares_memory);
   partners_.set_computing(party, false);
-  if (party == Party::flow) result_.flow_ready = header;
-  else hands(party).ready = std::make_shared<Incoming>(std::move(message));
+  if (party == Party::flow)
+    result_.flow_ready = header;
+  else
+    hands(party).ready = std::make_shared<Incoming>(std::move(message));
 }
 
 }  // namespace

@@ -18,9 +18,9 @@ struct MeshMessage {
 /// What is known of a solid once everybody is ready.
 struct SolidHands {
   MeshMessage mesh;
-  std::string header_to_flow;              ///< MESH as it was sent to the flow
-  std::optional<MeshMessage> flow_mesh;    ///< the flow's own for this solid's surface
-  std::shared_ptr<Incoming> ready;         ///< READY, with the initial motion if there is one
+  std::string header_to_flow;            ///< MESH as it was sent to the flow
+  std::optional<MeshMessage> flow_mesh;  ///< the flow's own for this solid's surface
+  std::shared_ptr<Incoming> ready;       ///< READY, with the initial motion if there is one
 };
 struct Handshake {
   link::Header flow_ready;

@@ -30,8 +30,12 @@ std::vector<std::string> receive_request(zmq::socket_t& socket) {
 }
 
 void reply(zmq::socket_t& socket, const std::string& request_id, bool granted) {
-  const std::array<std::string, 6> frames{"1.0", request_id, granted ? "200" : "400",
-                                          granted ? "OK" : "key not on the list of this run", "", ""};
+  const std::array<std::string, 6> frames{"1.0",
+                                          request_id,
+                                          granted ? "200" : "400",
+                                          granted ? "OK" : "key not on the list of this run",
+                                          "",
+                                          ""};
   for (std::size_t i = 0; i < frames.size(); ++i)
     socket.send(zmq::buffer(frames[i]),
                 i + 1 < frames.size() ? zmq::send_flags::sndmore : zmq::send_flags::none);
@@ -58,7 +62,8 @@ KeyGuard::KeyGuard(zmq::context_t& context, const link::CouplerKeys& keys)
   socket_.bind("inproc://zeromq.zap.01");
   std::vector<std::string> allowed;
   for (const auto& key : keys.admitted) allowed.push_back(to_bytes(key));
-  thread_ = std::jthread([this, allowed](const std::stop_token& stop) { serve(stop, socket_, allowed); });
+  thread_ =
+      std::jthread([this, allowed](const std::stop_token& stop) { serve(stop, socket_, allowed); });
 }
 
 }  // namespace ocublast::coupler

@@ -1,11 +1,10 @@
 #include "coupler/partners.hpp"
 
+#include <fmt/format.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
 #include <algorithm>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/link/payload.hpp"
@@ -18,8 +17,8 @@ using link::to_word;
 
 namespace {
 
-/// A solver that gives up says so and ends; its last words may arrive after its death is seen. All have
-/// arrived once its connection is seen closed, which a busy machine may delay.
+/// A solver that gives up says so and ends; its last words may arrive after its death is seen. All
+/// have arrived once its connection is seen closed, which a busy machine may delay.
 constexpr double last_words_patience = 1.0;
 /// The same for one that has not been admitted: its connection is not known.
 constexpr double first_words_patience = 0.05;
@@ -57,8 +56,12 @@ int SignalWatch::take() {
 
 Partners::Partners(Server& server, SignalWatch& signals, const Limits& limits,
                    std::shared_ptr<spdlog::logger> log)
-    : server_(server), signals_(signals), limits_(limits), log_(std::move(log)),
-      computing_(server.roster().size()), over_(server.roster().size()) {}
+    : server_(server),
+      signals_(signals),
+      limits_(limits),
+      log_(std::move(log)),
+      computing_(server.roster().size()),
+      over_(server.roster().size()) {}
 
 Child* Partners::child(Party party) {
   for (Child& c : children_)
@@ -84,7 +87,9 @@ PartnerFault Partners::cause_of(const PartnerFault& fault) {
   return end ? fault_of(fault.party, *end) : fault;
 }
 
-void Partners::set_computing(Party party, bool computing) { computing_[index_of(party)] = computing; }
+void Partners::set_computing(Party party, bool computing) {
+  computing_[index_of(party)] = computing;
+}
 
 void Partners::poll_once(Clock::time_point until) {
   auto all = server_.poll_items();
@@ -120,10 +125,11 @@ std::optional<Incoming> Partners::take_new() {
   return message;
 }
 
-/// Reads on until nothing of a participant can come any more. What it sent before is kept: then true. Its
-/// ABORT is thrown.
+/// Reads on until nothing of a participant can come any more. What it sent before is kept: then
+/// true. Its ABORT is thrown.
 bool Partners::hear_last_words(Party party) {
-  if (std::any_of(pending_.begin(), pending_.end(), [&](const Incoming& m) { return m.party == party; }))
+  if (std::any_of(pending_.begin(), pending_.end(),
+                  [&](const Incoming& m) { return m.party == party; }))
     return true;
   const double patience = server_.admitted(party) ? last_words_patience : first_words_patience;
   const auto deadline = Clock::now() + link::seconds(patience);
@@ -142,7 +148,8 @@ bool Partners::hear_last_words(Party party) {
 void Partners::check_lives() {
   for (Child& c : children_)
     if (!over_[index_of(c.party())])
-      if (const auto end = c.ended(); end && !hear_last_words(c.party())) throw fault_of(c.party(), *end);
+      if (const auto end = c.ended(); end && !hear_last_words(c.party()))
+        throw fault_of(c.party(), *end);
   for (const Party party : server_.roster().all()) {
     if (over_[index_of(party)] || !server_.lost(party)) continue;
     if (Child* c = child(party))
@@ -168,7 +175,8 @@ Incoming Partners::await(std::optional<Party> blame, const std::string& what, do
     if (auto message = take()) return std::move(*message);
     check_lives();
     if (Clock::now() >= deadline) {
-      const std::string text = fmt::format("{} was awaited in vain for {:.3g} s", what, link::seconds_since(begin));
+      const std::string text =
+          fmt::format("{} was awaited in vain for {:.3g} s", what, link::seconds_since(begin));
       if (blame) throw PartnerFault(*blame, text);
       throw LinkError(text);
     }
@@ -186,7 +194,8 @@ Incoming Partners::await(Party party, Kind kind, const std::string& what, double
   Incoming message = await(party, what, limit);
   if (message.party != party || message.header.kind != kind)
     throw PartnerFault(message.party, fmt::format("sent {} while {} of the {} side was awaited",
-                                                 to_word(message.header.kind), what, server_.roster().word(party)));
+                                                  to_word(message.header.kind), what,
+                                                  server_.roster().word(party)));
   try {
     link::check_payload(message.header, message.payload());
   } catch (const LinkError& error) {

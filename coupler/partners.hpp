@@ -49,8 +49,7 @@ class Partners {
   /// for `limit` [s] passed (blamed on `blame`). `what` names what is awaited.
   [[nodiscard]] Incoming await(std::optional<Party> blame, const std::string& what, double limit);
   /// Next message of `party`, which must be of `kind`; its payload is checked.
-  [[nodiscard]] Incoming await(Party party, link::Kind kind, const std::string& what,
-                               double limit);
+  [[nodiscard]] Incoming await(Party party, link::Kind kind, const std::string& what, double limit);
   /// Whether Ctrl-C or SIGTERM asked for an orderly end. A second one throws LinkError at once.
   [[nodiscard]] bool stop_requested() const { return stops_ > 0; }
 
@@ -62,8 +61,8 @@ class Partners {
   void end_all(const std::string& reason, int exit_code) noexcept;
   /// After BYE: waits until the children have ended by themselves; a nonzero exit code is a fault.
   void await_children(double limit);
-  /// What lies behind a fault: where sending found the participant gone, its last words or how its process
-  /// ended, waiting a moment; the fault itself where neither is known.
+  /// What lies behind a fault: where sending found the participant gone, its last words or how its
+  /// process ended, waiting a moment; the fault itself where neither is known.
   [[nodiscard]] PartnerFault cause_of(const PartnerFault& fault);
   /// Log of a child, empty path if that side was not started by us.
   [[nodiscard]] std::filesystem::path log_of(Party party) const;
@@ -73,7 +72,7 @@ class Partners {
   void poll_once(link::Clock::time_point until);
   void check_lives();
   [[nodiscard]] bool hear_last_words(Party party);
-  [[nodiscard]] std::optional<Incoming> take();      ///< kept messages first
+  [[nodiscard]] std::optional<Incoming> take();  ///< kept messages first
   [[nodiscard]] std::optional<Incoming> take_new();
   void keep_alive(const std::string& what);
 

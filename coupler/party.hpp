@@ -9,12 +9,17 @@
 
 namespace ocublast::coupler {
 
-/// A participant of a run: the flow, or one of the solids; solid_party(1), (2), ... are further ones.
+/// A participant of a run: the flow, or one of the solids; solid_party(1), (2), ... are further
+/// ones.
 enum class Party : std::uint32_t { flow = 0, solid = 1 };
 
-[[nodiscard]] constexpr std::size_t index_of(Party party) { return static_cast<std::size_t>(party); }
+[[nodiscard]] constexpr std::size_t index_of(Party party) {
+  return static_cast<std::size_t>(party);
+}
 /// The solid number k = 0, 1, ... in the order of the case.
-[[nodiscard]] constexpr Party solid_party(std::size_t k) { return static_cast<Party>(1 + k); }
+[[nodiscard]] constexpr Party solid_party(std::size_t k) {
+  return static_cast<Party>(1 + k);
+}
 [[nodiscard]] constexpr link::Role role_of(Party party) {
   return party == Party::flow ? link::Role::flow : link::Role::solid;
 }

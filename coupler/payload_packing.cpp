@@ -1,8 +1,8 @@
 #include "coupler/payload_packing.hpp"
 
-#include <cstring>
-
 #include <zstd.h>
+
+#include <cstring>
 
 namespace ocublast::coupler {
 namespace {
@@ -28,7 +28,8 @@ void put_bytes_back(const char* from, char* to, std::size_t size) {
 
 void combine(std::string& payload, const std::string& before) {
   if (payload.size() != before.size()) return;
-  for (std::size_t i = 0; i < payload.size(); ++i) payload[i] = static_cast<char>(payload[i] ^ before[i]);
+  for (std::size_t i = 0; i < payload.size(); ++i)
+    payload[i] = static_cast<char>(payload[i] ^ before[i]);
 }
 
 }  // namespace
@@ -43,7 +44,8 @@ std::optional<std::string> PayloadPacker::pack(int channel, std::span<const std:
   sorted_.resize(difference.size());
   sort_bytes(difference.data(), sorted_.data(), difference.size());
   std::string packed(ZSTD_compressBound(sorted_.size()), '\0');
-  const std::size_t n = ZSTD_compressCCtx(context_.get(), packed.data(), packed.size(), sorted_.data(), sorted_.size(), level);
+  const std::size_t n = ZSTD_compressCCtx(context_.get(), packed.data(), packed.size(),
+                                          sorted_.data(), sorted_.size(), level);
   if (ZSTD_isError(n) != 0 || n >= payload.size()) return {};
   packed.resize(n);
   return packed;
@@ -51,9 +53,11 @@ std::optional<std::string> PayloadPacker::pack(int channel, std::span<const std:
 
 PayloadUnpacker::PayloadUnpacker() : context_(ZSTD_createDCtx(), ZSTD_freeDCtx) {}
 
-std::optional<std::string> PayloadUnpacker::unpack(int channel, std::span<const std::byte> packed, std::size_t size) {
+std::optional<std::string> PayloadUnpacker::unpack(int channel, std::span<const std::byte> packed,
+                                                   std::size_t size) {
   std::string sorted(size, '\0');
-  const std::size_t n = ZSTD_decompressDCtx(context_.get(), sorted.data(), size, packed.data(), packed.size());
+  const std::size_t n =
+      ZSTD_decompressDCtx(context_.get(), sorted.data(), size, packed.data(), packed.size());
   if (ZSTD_isError(n) != 0 || n != size) return {};
   std::string payload(size, '\0');
   put_bytes_back(sorted.data(), payload.data(), size);

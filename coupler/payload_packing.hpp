@@ -31,7 +31,8 @@ class PayloadUnpacker {
  public:
   PayloadUnpacker();
   /// The payload of `size` bytes; nothing where the bytes are damaged.
-  [[nodiscard]] std::optional<std::string> unpack(int channel, std::span<const std::byte> packed, std::size_t size);
+  [[nodiscard]] std::optional<std::string> unpack(int channel, std::span<const std::byte> packed,
+                                                  std::size_t size);
   /// A payload of the channel that was not packed.
   void remember(int channel, const std::string& payload) { before_[channel] = payload; }
 

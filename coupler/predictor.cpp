@@ -9,15 +9,19 @@
 namespace ocublast::coupler {
 namespace {
 
-inline double pull(const PathBegin& path, double x_before, double v_before, double x_end, double v_end) noexcept {
+inline double pull(const PathBegin& path, double x_before, double v_before, double x_end,
+                   double v_end) noexcept {
   const double on_path = x_before + 0.5 * path.width * (v_before + v_end);
   return on_path + path.share * (x_end - on_path);
 }
 
 /// One pass over all: at large meshes memory is the limit.
 template <bool follows>
-inline __attribute__((always_inline)) bool predict_second_order(const WallHistory& history, double width, std::span<double> position,
-                                                                std::span<double> velocity, PathBegin path) noexcept {
+inline __attribute__((always_inline)) bool predict_second_order(const WallHistory& history,
+                                                                double width,
+                                                                std::span<double> position,
+                                                                std::span<double> velocity,
+                                                                PathBegin path) noexcept {
   const double ratio = width / history.width_before;
   const double half_width = 0.5 * width;
   const double* x = history.position.data();
@@ -36,7 +40,8 @@ inline __attribute__((always_inline)) bool predict_second_order(const WallHistor
   for (; i + lanes <= n; i += lanes)
     for (std::size_t k = 0; k < lanes; ++k) {
       const double v_end = v[i + k] + ratio * (v[i + k] - v_before[i + k]);
-      double x_end = x[i + k] + half_width * (v[i + k] + v_end);  // constant acceleration: trapezium is exact
+      double x_end =
+          x[i + k] + half_width * (v[i + k] + v_end);  // constant acceleration: trapezium is exact
       if constexpr (follows) x_end = pull(path, x_path[i + k], v_path[i + k], x_end, v_end);
       x_star[i + k] = x_end;
       v_star[i + k] = v_end;
@@ -55,14 +60,14 @@ inline __attribute__((always_inline)) bool predict_second_order(const WallHistor
   return sum == 0.0;
 }
 
-OCU_WIDE_CLONES bool predict_free(
-    const WallHistory& history, double width, std::span<double> position, std::span<double> velocity) noexcept {
+OCU_WIDE_CLONES bool predict_free(const WallHistory& history, double width,
+                                  std::span<double> position, std::span<double> velocity) noexcept {
   return predict_second_order<false>(history, width, position, velocity, {});
 }
 
-OCU_WIDE_CLONES bool predict_on_path(
-    const WallHistory& history, double width, std::span<double> position, std::span<double> velocity,
-    const PathBegin& path) noexcept {
+OCU_WIDE_CLONES bool predict_on_path(const WallHistory& history, double width,
+                                     std::span<double> position, std::span<double> velocity,
+                                     const PathBegin& path) noexcept {
   return predict_second_order<true>(history, width, position, velocity, path);
 }
 
@@ -93,7 +98,8 @@ bool predict_wall(const WallHistory& history, int order, double width, std::span
   }
   if (!path.motion.empty())
     for (std::size_t i = 0; i < position.size(); ++i)
-      position[i] = pull(path, path.motion[i], path.motion[position.size() + i], position[i], velocity[i]);
+      position[i] =
+          pull(path, path.motion[i], path.motion[position.size() + i], position[i], velocity[i]);
   return link::all_finite(position) && link::all_finite(velocity);
 }
 

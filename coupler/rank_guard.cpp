@@ -15,8 +15,8 @@
 namespace ocublast::coupler {
 namespace {
 
-/// After SIGTERM mpirun ends its ranks by SIGTERM, and after a second by SIGKILL; ranks that wait in MPI
-/// die of the first. All others have to be gone within a second of a death.
+/// After SIGTERM mpirun ends its ranks by SIGTERM, and after a second by SIGKILL; ranks that wait
+/// in MPI die of the first. All others have to be gone within a second of a death.
 constexpr long launcher_patience_ns = 700'000'000;
 constexpr long nap_ns = 2'000'000;
 
@@ -27,7 +27,8 @@ void watch(sigset_t& signals) noexcept {
   ::sigprocmask(SIG_SETMASK, &signals, nullptr);
 }
 
-/// Keeps standard input, and the log as output: the coupler's locks, sockets and pipes are not ours.
+/// Keeps standard input, and the log as output: the coupler's locks, sockets and pipes are not
+/// ours.
 void close_all_but(int log_fd) noexcept {
   ::dup2(log_fd, STDOUT_FILENO);
   ::dup2(log_fd, STDERR_FILENO);
@@ -63,7 +64,8 @@ void end_all_descendants() noexcept {
   while (true) {
     kill_children();
     pid_t pid = 0;
-    while ((pid = ::waitpid(-1, nullptr, WNOHANG)) > 0) {}
+    while ((pid = ::waitpid(-1, nullptr, WNOHANG)) > 0) {
+    }
     if (pid < 0 && errno == ECHILD) return;
     ::nanosleep(&nap, nullptr);
   }
@@ -92,11 +94,12 @@ timespec in_time(long ns) noexcept {
 
 bool passed(const timespec& deadline) noexcept {
   const timespec now = in_time(0);
-  return now.tv_sec != deadline.tv_sec ? now.tv_sec > deadline.tv_sec : now.tv_nsec >= deadline.tv_nsec;
+  return now.tv_sec != deadline.tv_sec ? now.tv_sec > deadline.tv_sec
+                                       : now.tv_nsec >= deadline.tv_nsec;
 }
 
-/// Waits until the launcher has ended, or has been told to and did not in time; its status, SIGKILL's
-/// where it did not.
+/// Waits until the launcher has ended, or has been told to and did not in time; its status,
+/// SIGKILL's where it did not.
 int await_launcher(pid_t launcher, const sigset_t& signals) noexcept {
   bool told = false;
   timespec deadline{};

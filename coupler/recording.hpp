@@ -12,7 +12,6 @@
 #include <string>
 #include <thread>
 #include <vector>
-
 #include <zmq.hpp>
 
 #include "coupler/link/message.hpp"
@@ -25,8 +24,8 @@ namespace ocublast::coupler {
 ///   file    magic "OCUTRAF1" | u32 length | description (JSON text) | records | index | footer
 ///   record  u32 mark | u32 header length | u64 payload length | u64 number | u64 monotonic ns |
 ///           u64 number of the record that holds the payload (itself, or an earlier one with the
-///           same bytes) | u32 direction, + 256: packed | u32 which of several solids | u64 XXH3 of all before and the header bytes |
-///           header bytes | payload bytes
+///           same bytes) | u32 direction, + 256: packed | u32 which of several solids | u64 XXH3 of
+///           all before and the header bytes | header bytes | payload bytes
 ///   index   u64 file offset per record
 ///   footer  u64 number of records | u64 offset of the index | u64 XXH3 of the index | magic
 /// All numbers little-endian. The payload is protected by the checksum that the header carries.
@@ -43,20 +42,20 @@ struct Direction {
 
 /// What a recording says about itself.
 struct TrafficDescription {
-  std::string program;        ///< of the coupler, with version
+  std::string program;  ///< of the coupler, with version
   std::string case_name;
   std::uint64_t case_hash = 0;
   std::uint64_t mesh_hash = 0;
-  std::uint64_t first_window = 1;  ///< later than 1 after a resume
+  std::uint64_t first_window = 1;       ///< later than 1 after a resume
   std::vector<std::string> solids{""};  ///< names; one empty name: a single solid
 };
 
 struct TrafficRecord {
-  std::uint64_t number = 0;      ///< 0, 1, ...
-  std::uint64_t nanoseconds = 0; ///< since the recording began
+  std::uint64_t number = 0;       ///< 0, 1, ...
+  std::uint64_t nanoseconds = 0;  ///< since the recording began
   Direction direction;
-  std::string header;            ///< frame 1
-  std::string payload;           ///< frame 2
+  std::string header;   ///< frame 1
+  std::string payload;  ///< frame 2
 };
 
 /// Writes a recording. Frames are shared, not copied; a thread of its own writes them, so that the
@@ -74,13 +73,17 @@ class TrafficWriter {
   /// payload. The payload's content is shared with the caller and must not change afterwards.
   std::uint64_t append(Direction direction, std::string_view header, zmq::message_t& payload,
                        std::optional<std::uint64_t> same_as = {});
-  /// The same for a payload in shared memory, which must stay until wait_written(number). The record
-  /// holds the message as it would have been sent in two frames: with a checksum, without a place.
+  /// The same for a payload in shared memory, which must stay until wait_written(number). The
+  /// record holds the message as it would have been sent in two frames: with a checksum, without a
+  /// place.
   std::uint64_t append(Direction direction, const link::Header& header,
-                       std::span<const std::byte> memory, std::optional<std::uint64_t> same_as = {});
+                       std::span<const std::byte> memory,
+                       std::optional<std::uint64_t> same_as = {});
   /// Waits until the record of this number has been written; all of them.
   void wait_written(std::uint64_t number);
-  void wait_written() { if (count_ > 0) wait_written(count_ - 1); }
+  void wait_written() {
+    if (count_ > 0) wait_written(count_ - 1);
+  }
   /// Hands everything to the writing thread. Throws LinkError when an earlier write failed.
   void flush();
   /// Writes index and footer and closes. Throws LinkError when anything could not be written.
@@ -129,7 +132,7 @@ class TrafficWriter {
   std::uint64_t set_aside_ = 0;   ///< bytes of the file whose space is taken already
   std::vector<std::uint64_t> index_;
   std::string buffer_;
-  std::vector<std::uint64_t> checksums_;             ///< of the payload of each record
+  std::vector<std::uint64_t> checksums_;  ///< of the payload of each record
   std::optional<PayloadPacker> packer_;
   std::thread thread_;
 };

@@ -1,9 +1,9 @@
 #include "coupler/recording_format.hpp"
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <cstring>
-
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "coupler/base/errors.hpp"

@@ -23,7 +23,7 @@ struct RecordHead {
   std::uint64_t nanoseconds = 0;
   std::uint64_t payload_of = 0;
   std::uint32_t direction = 0;
-  std::uint32_t solid = 0;           ///< which of several
+  std::uint32_t solid = 0;  ///< which of several
   std::uint64_t checksum = 0;
 };
 static_assert(sizeof(RecordHead) == 56);
@@ -37,7 +37,9 @@ struct Footer {
 static_assert(sizeof(Footer) == 32);
 
 /// Payloads are packed against the one before of the same channel.
-[[nodiscard]] inline int channel_of(Direction d) { return 2 * static_cast<int>(index_of(d.party)) + (d.from ? 0 : 1); }
+[[nodiscard]] inline int channel_of(Direction d) {
+  return 2 * static_cast<int>(index_of(d.party)) + (d.from ? 0 : 1);
+}
 
 /// XXH3 of the head without its checksum, then of the header bytes mixed in.
 [[nodiscard]] std::uint64_t record_checksum(const RecordHead& head, std::string_view header);

@@ -1,7 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/link/payload.hpp"
@@ -67,7 +67,8 @@ std::optional<TrafficRecord> TrafficReader::fail(const std::string& what) {
 std::optional<std::string> TrafficReader::read_payload(std::uint64_t number, std::size_t size) {
   const Place place = payloads_[number];
   const auto kept = unpacked_.find(place.channel);
-  if (place.packed && kept != unpacked_.end() && kept->second.first == number) return kept->second.second;
+  if (place.packed && kept != unpacked_.end() && kept->second.first == number)
+    return kept->second.second;
   std::string payload(place.length, '\0');
   in_.seekg(static_cast<std::streamoff>(place.offset));
   if (!in_.read(payload.data(), static_cast<std::streamsize>(payload.size()))) return {};
@@ -98,16 +99,17 @@ std::optional<TrafficRecord> TrafficReader::next() {
   record.number = head.number;
   record.nanoseconds = head.nanoseconds;
   const std::uint32_t direction = head.direction & ~traffic::packed_flag;
-  record.direction = {.party = direction % 2 == 0 ? Party::flow : solid_party(head.solid), .from = direction < 2};
+  record.direction = {.party = direction % 2 == 0 ? Party::flow : solid_party(head.solid),
+                      .from = direction < 2};
   record.header.resize(head.header_length);
   if (!in_.read(record.header.data(), head.header_length)) return fail("cut inside its header");
   if (traffic::record_checksum(head, record.header) != head.checksum)
     return fail("its checksum is wrong");
   const std::uint64_t own = at_ + sizeof head + head.header_length;
   const bool packed = head.direction != direction;
-  payloads_.push_back(head.payload_of == count_
-                          ? Place{own, head.payload_length, packed, traffic::channel_of(record.direction)}
-                          : payloads_[head.payload_of]);
+  payloads_.push_back(head.payload_of == count_ ? Place{own, head.payload_length, packed,
+                                                        traffic::channel_of(record.direction)}
+                                                : payloads_[head.payload_of]);
   try {
     const link::Header header = link::decode(record.header);
     auto payload = read_payload(head.payload_of, header.payload_bytes);

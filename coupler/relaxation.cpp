@@ -1,10 +1,9 @@
 #include "coupler/relaxation.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <vector>
-
-#include <Eigen/Dense>
 
 namespace ocublast::coupler {
 namespace {
@@ -72,8 +71,8 @@ class InverseLeastSquares : public Relaxation {
   Vector residual_before_, output_before_;
 };
 
-/// W c with c = argmin |V c + r|, V orthogonalised from the newest column on (modified Gram-Schmidt,
-/// once repeated), columns that depend on newer ones left out.
+/// W c with c = argmin |V c + r|, V orthogonalised from the newest column on (modified
+/// Gram-Schmidt, once repeated), columns that depend on newer ones left out.
 Vector InverseLeastSquares::correction(const View& residual) const {
   std::vector<Vector> q;
   std::vector<std::size_t> kept;
@@ -104,7 +103,8 @@ Vector InverseLeastSquares::correction(const View& residual) const {
   }
   const Vector c = R.triangularView<Eigen::Upper>().solve(b);
   Vector out = Vector::Zero(residual.size());
-  for (Eigen::Index j = 0; j < n; ++j) out += c[j] * output_steps_[kept[static_cast<std::size_t>(j)]];
+  for (Eigen::Index j = 0; j < n; ++j)
+    out += c[j] * output_steps_[kept[static_cast<std::size_t>(j)]];
   return out;
 }
 
@@ -118,17 +118,22 @@ void InverseLeastSquares::advance(std::span<double> x, std::span<const double> r
   }
   residual_before_ = r;
   output_before_ = output;
-  if (residual_steps_.empty()) input += factor_ * r;
-  else input = output + correction(r);
+  if (residual_steps_.empty())
+    input += factor_ * r;
+  else
+    input = output + correction(r);
 }
 
 }  // namespace
 
 std::unique_ptr<Relaxation> make_relaxation(RelaxationKind kind, double factor) {
   switch (kind) {
-    case RelaxationKind::constant: return std::make_unique<Constant>(factor);
-    case RelaxationKind::aitken: return std::make_unique<Aitken>(factor);
-    case RelaxationKind::iqn_ils: return std::make_unique<InverseLeastSquares>(factor);
+    case RelaxationKind::constant:
+      return std::make_unique<Constant>(factor);
+    case RelaxationKind::aitken:
+      return std::make_unique<Aitken>(factor);
+    case RelaxationKind::iqn_ils:
+      return std::make_unique<InverseLeastSquares>(factor);
   }
   return nullptr;
 }

@@ -1,8 +1,8 @@
-#include <algorithm>
-#include <cstdio>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/log.hpp"
@@ -30,17 +30,28 @@ class Replay {
  public:
   Replay(TrafficReader& traffic, Party live, const RunOptions& options, const Settings& settings,
          double tolerance, std::shared_ptr<spdlog::logger> log)
-      : traffic_(traffic), live_(live), settings_(settings), tolerance_(tolerance),
+      : traffic_(traffic),
+        live_(live),
+        settings_(settings),
+        tolerance_(tolerance),
         place_(options.endpoint.empty() ? settings.endpoint : options.endpoint),
         start_(options, settings.roster, place_.encrypted(), settings.case_hash),
-        server_({.endpoint = place_.endpoint(), .run_id = link::make_run_id(), .token = start_.token(),
-                 .case_hash = settings.case_hash, .silence_limit = settings.silence_limit,
-                 .max_message = 1e6 * settings.max_message, .keys = start_.coupler_keys(),
-                 .roster = settings.roster, .only = live,
-                 .share_memory = settings.share_memory}, log),
+        server_({.endpoint = place_.endpoint(),
+                 .run_id = link::make_run_id(),
+                 .token = start_.token(),
+                 .case_hash = settings.case_hash,
+                 .silence_limit = settings.silence_limit,
+                 .max_message = 1e6 * settings.max_message,
+                 .keys = start_.coupler_keys(),
+                 .roster = settings.roster,
+                 .only = live,
+                 .share_memory = settings.share_memory},
+                log),
         partners_(server_, signals_, {settings.silence_limit, settings.step_limit}, log) {
-    if (options.await) start_.announce({live}, server_.endpoint(), settings.silence_limit);
-    else partners_.start(start_.child(live, server_.endpoint(), settings.silence_limit));
+    if (options.await)
+      start_.announce({live}, server_.endpoint(), settings.silence_limit);
+    else
+      partners_.start(start_.child(live, server_.endpoint(), settings.silence_limit));
   }
 
   void run();
@@ -82,8 +93,8 @@ void Replay::compare(const TrafficRecord& record) {
       first_difference(comparable(expected), std::as_bytes(std::span(record.payload)),
                        comparable(found.header), found.payload(), tolerance_);
   if (difference)
-    throw LinkError(fmt::format("the live {} side ({}) does not reproduce the recording: {}", server_.roster().word(live_),
-                                server_.program(live_), *difference));
+    throw LinkError(fmt::format("the live {} side ({}) does not reproduce the recording: {}",
+                                server_.roster().word(live_), server_.program(live_), *difference));
   ++compared_;
 }
 
@@ -100,10 +111,13 @@ void Replay::farewell() {
 void Replay::play() {
   static_cast<void>(partners_.await(live_, Kind::hello, "HELLO", settings_.start_limit));
   while (const auto record = traffic_.next()) {
-    if (record->direction == Direction{live_, true}) compare(*record);
-    else if (record->direction == Direction{live_, false}) order(*record);
+    if (record->direction == Direction{live_, true})
+      compare(*record);
+    else if (record->direction == Direction{live_, false})
+      order(*record);
   }
-  if (!traffic_.damage().empty()) std::printf("the recording ends early: %s\n", traffic_.damage().c_str());
+  if (!traffic_.damage().empty())
+    std::printf("the recording ends early: %s\n", traffic_.damage().c_str());
   farewell();
   std::printf("%lu messages of the %s side reproduced%s\n", compared_,
               server_.roster().word(live_).c_str(),
@@ -115,8 +129,9 @@ void Replay::run() {
     play();
   } catch (const PartnerFault& fault) {
     const auto log = partners_.log_of(live_);
-    const std::string text = fmt::format("{} failed at window {} of the replay: {}{}", server_.roster().word(live_), window_,
-                                         fault.what(), log.empty() ? "" : "; its log: " + log.string());
+    const std::string text =
+        fmt::format("{} failed at window {} of the replay: {}{}", server_.roster().word(live_),
+                    window_, fault.what(), log.empty() ? "" : "; its log: " + log.string());
     partners_.end_all(text, fault.exit_code);
     throw LinkError(text);
   } catch (const std::exception& error) {
@@ -135,20 +150,27 @@ void replay_traffic(const std::filesystem::path& file, link::Role played, const 
   reader.finish();
   TrafficReader traffic(file);
   if (traffic.description().case_hash != settings.case_hash)
-    throw CaseError(fmt::format("{} was recorded with case {:016x}, this case is {:016x}: replay needs the same "
-                                "case and --set", file.string(), traffic.description().case_hash, settings.case_hash));
+    throw CaseError(fmt::format(
+        "{} was recorded with case {:016x}, this case is {:016x}: replay needs the same "
+        "case and --set",
+        file.string(), traffic.description().case_hash, settings.case_hash));
   if (traffic.description().first_window != 1 && options.resume.empty())
-    throw CaseError(fmt::format("{} begins with window {}: give --resume with the checkpoint before it",
-                                file.string(), traffic.description().first_window));
-  if (options.out.empty()) options.out = std::filesystem::path("results") / (settings.common.name + "_replay");
+    throw CaseError(
+        fmt::format("{} begins with window {}: give --resume with the checkpoint before it",
+                    file.string(), traffic.description().first_window));
+  if (options.out.empty())
+    options.out = std::filesystem::path("results") / (settings.common.name + "_replay");
   std::filesystem::create_directories(options.out / "log");
   const auto log = make_logger("coupler", options.out / "log" / "coupler.log");
   const auto& names = settings.roster.solids();
   const auto at = live.empty() ? names.begin() : std::find(names.begin(), names.end(), live);
   if (at == names.end())
-    throw CaseError(fmt::format("--live {}: no solid is called so; there are {}", live, fmt::join(names, ", ")));
+    throw CaseError(fmt::format("--live {}: no solid is called so; there are {}", live,
+                                fmt::join(names, ", ")));
   const Party solid = solid_party(static_cast<std::size_t>(at - names.begin()));
-  Replay(traffic, played == link::Role::flow ? solid : Party::flow, options, settings, tolerance, log).run();
+  Replay(traffic, played == link::Role::flow ? solid : Party::flow, options, settings, tolerance,
+         log)
+      .run();
 }
 
 }  // namespace ocublast::coupler

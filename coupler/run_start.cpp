@@ -1,12 +1,11 @@
 #include "coupler/run_start.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <utility>
 #include <vector>
-
-#include <Eigen/Dense>
 
 #include "coupler/link/payload.hpp"
 
@@ -17,19 +16,22 @@ using link::Header;
 namespace {
 
 Eigen::Map<const Eigen::Vector3d> corner(const link::InterfaceMesh& mesh, std::size_t i) {
-  return Eigen::Map<const Eigen::Vector3d>(&mesh.vertices[3 * static_cast<std::size_t>(mesh.triangles[i])]);
+  return Eigen::Map<const Eigen::Vector3d>(
+      &mesh.vertices[3 * static_cast<std::size_t>(mesh.triangles[i])]);
 }
 
 }  // namespace
 
 link::InterfaceMesh mesh_of(const MeshMessage& mesh) {
-  return link::mesh_from_payload(mesh.header, {static_cast<const std::byte*>(mesh.payload.data()), mesh.payload.size()});
+  return link::mesh_from_payload(
+      mesh.header, {static_cast<const std::byte*>(mesh.payload.data()), mesh.payload.size()});
 }
 
 double area_of(const link::InterfaceMesh& mesh) {
   double area = 0.0;
   for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
-    std::array<Eigen::Map<const Eigen::Vector3d>, 3> x{corner(mesh, t), corner(mesh, t + 1), corner(mesh, t + 2)};
+    std::array<Eigen::Map<const Eigen::Vector3d>, 3> x{corner(mesh, t), corner(mesh, t + 1),
+                                                       corner(mesh, t + 2)};
     area += 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).norm();
   }
   return area;
@@ -85,12 +87,14 @@ void record_handshake(TrafficWriter& traffic, Handshake& hands) {
   zmq::message_t nothing;
   for (std::size_t k = 0; k < hands.solids.size(); ++k) {
     SolidHands& solid = hands.solids[k];
-    const auto number = traffic.append({solid_party(k), true}, link::encode(solid.mesh.header), solid.mesh.payload);
+    const auto number =
+        traffic.append({solid_party(k), true}, link::encode(solid.mesh.header), solid.mesh.payload);
     traffic.append({Party::flow, false}, solid.header_to_flow, solid.mesh.payload, number);
   }
   for (SolidHands& solid : hands.solids)
     if (solid.flow_mesh)
-      traffic.append({Party::flow, true}, link::encode(solid.flow_mesh->header), solid.flow_mesh->payload);
+      traffic.append({Party::flow, true}, link::encode(solid.flow_mesh->header),
+                     solid.flow_mesh->payload);
   traffic.append({Party::flow, true}, link::encode(hands.flow_ready), nothing);
   for (std::size_t k = 0; k < hands.solids.size(); ++k) {
     Incoming& ready = *hands.solids[k].ready;

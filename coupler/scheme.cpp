@@ -10,18 +10,22 @@
 
 namespace ocublast::coupler {
 
-
 WindowChoice window_choice(const Settings& settings) {
-  return {.rule = settings.window, .fixed_width = settings.window_width,
-          .max_flow_steps = settings.max_flow_steps, .max_solid_steps = settings.max_solid_steps,
+  return {.rule = settings.window,
+          .fixed_width = settings.window_width,
+          .max_flow_steps = settings.max_flow_steps,
+          .max_solid_steps = settings.max_solid_steps,
           .end_time = settings.common.end_time};
 }
 
 int allowed_order(const Settings& settings, const CouplingState& state, double width) {
-  const bool implicit = settings.scheme == SchemeKind::serial_implicit || settings.scheme == SchemeKind::parallel_implicit;
-  if (implicit || state.impedance <= 0.0 || state.mass_per_area <= 0.0) return settings.predictor_order;
+  const bool implicit = settings.scheme == SchemeKind::serial_implicit ||
+                        settings.scheme == SchemeKind::parallel_implicit;
+  if (implicit || state.impedance <= 0.0 || state.mass_per_area <= 0.0)
+    return settings.predictor_order;
   const double theta = state.impedance * width / state.mass_per_area;
-  return theta > settings.theta_warn ? std::min(settings.predictor_order, 1) : settings.predictor_order;
+  return theta > settings.theta_warn ? std::min(settings.predictor_order, 1)
+                                     : settings.predictor_order;
 }
 
 bool predict_motion(const CouplingState& state, double t_end, int order, std::span<double> values,
@@ -34,8 +38,8 @@ bool predict_motion(const CouplingState& state, double t_end, int order, std::sp
                             .acceleration = state.acceleration.values};
   const std::size_t n = values.size() / 2;
   // A wall that rests is sent as it is, once.
-  return predict_wall(history, state.solid_at_rest ? 0 : order, t_end - state.time, values.first(n), values.last(n),
-                      path);
+  return predict_wall(history, state.solid_at_rest ? 0 : order, t_end - state.time, values.first(n),
+                      values.last(n), path);
 }
 
 void post_predicted(Exchange& exchange, CouplingState& state, const Exchange::Ask& ask, int order) {
@@ -54,22 +58,24 @@ namespace {
 bool follows_path(const CouplingState& state, const Settings& settings, double width, int order) {
   // Windows that share out what remains of a run are somewhat shorter than a flow step, too.
   constexpr double short_window = 0.75;
-  return order >= 1 && settings.wall_path == link::WallPath::cubic && state.acceleration.values.empty() &&
-         !state.solid_at_rest && width < short_window * state.stable_flow;
+  return order >= 1 && settings.wall_path == link::WallPath::cubic &&
+         state.acceleration.values.empty() && !state.solid_at_rest &&
+         width < short_window * state.stable_flow;
 }
 
 }  // namespace
 
-bool predict_on_path(const CouplingState& state, const Settings& settings, const TimeWindow& window, int order,
-                     std::span<double> motion) {
+bool predict_on_path(const CouplingState& state, const Settings& settings, const TimeWindow& window,
+                     int order, std::span<double> motion) {
   const double width = window.width();
   PathBegin path;
-  if (follows_path(state, settings, width, order)) path = {state.path_end.values, width, width / state.stable_flow};
+  if (follows_path(state, settings, width, order))
+    path = {state.path_end.values, width, width / state.stable_flow};
   return predict_motion(state, window.t_end, order, motion, path);
 }
 
-void post_on_path(Exchange& exchange, CouplingState& state, const Settings& settings, const Exchange::Ask& ask,
-                  int order, bool made) {
+void post_on_path(Exchange& exchange, CouplingState& state, const Settings& settings,
+                  const Exchange::Ask& ask, int order, bool made) {
   if (!follows_path(state, settings, ask.window.width(), order)) {
     state.path_end = {};
     if (!made) {
@@ -80,9 +86,12 @@ void post_on_path(Exchange& exchange, CouplingState& state, const Settings& sett
     const auto motion = exchange.motion_room();
     if (!made) predict_on_path(state, settings, ask.window, order, motion);
     auto& path = state.path_end;
-    if (exchange.keeps_motion()) path = {nullptr, motion};
-    else if (path.values.size() != motion.size()) path = SharedValues::from({motion.begin(), motion.end()});
-    else std::copy(motion.begin(), motion.end(), path.own().begin());
+    if (exchange.keeps_motion())
+      path = {nullptr, motion};
+    else if (path.values.size() != motion.size())
+      path = SharedValues::from({motion.begin(), motion.end()});
+    else
+      std::copy(motion.begin(), motion.end(), path.own().begin());
   }
   exchange.post_motion(ask);
   state.wall_current = false;
@@ -123,7 +132,8 @@ void accept_motion(CouplingState& state, const Answer& solid, double width) {
     return;
   }
   state.acceleration = {};
-  if (std::any_of(state.velocity.values.begin(), state.velocity.values.end(), [](double v) { return v != 0.0; }))
+  if (std::any_of(state.velocity.values.begin(), state.velocity.values.end(),
+                  [](double v) { return v != 0.0; }))
     state.velocity = SharedValues::from(std::vector<double>(n, 0.0));
 }
 
@@ -140,19 +150,23 @@ void accept_window(CouplingState& state, const TimeWindow& window, const link::H
 
 namespace {
 
-/// Flow first under the predicted wall, then the solid under the load the flow answered. Large meshes are
-/// limited by memory, so values are read as rarely as can be: a load is looked at while the solid works, and
-/// one pass over the solid's motion both checks it and predicts the wall of the window that follows.
+/// Flow first under the predicted wall, then the solid under the load the flow answered. Large
+/// meshes are limited by memory, so values are read as rarely as can be: a load is looked at while
+/// the solid works, and one pass over the solid's motion both checks it and predicts the wall of
+/// the window that follows.
 class SerialExplicit : public Scheme {
  public:
-  SerialExplicit(Exchange& exchange, const Settings& settings) : exchange_(exchange), settings_(settings) {
+  SerialExplicit(Exchange& exchange, const Settings& settings)
+      : exchange_(exchange), settings_(settings) {
     exchange_.check_later();
   }
 
   [[nodiscard]] TimeWindow next(const CouplingState& state) const override {
-    return next_window(window_choice(settings_), state.window, state.time, state.stable_flow, state.stable_solid);
+    return next_window(window_choice(settings_), state.window, state.time, state.stable_flow,
+                       state.stable_solid);
   }
-  [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window, int order) override;
+  [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window,
+                                      int order) override;
 
  private:
   struct Predicted {
@@ -167,7 +181,8 @@ class SerialExplicit : public Scheme {
   std::optional<Predicted> predicted_;  ///< lies in the exchange's motion_room already
 };
 
-/// Predicts the wall of the next window where nothing else is to be done to it; checks the answer in any case.
+/// Predicts the wall of the next window where nothing else is to be done to it; checks the answer
+/// in any case.
 void SerialExplicit::look_ahead(const CouplingState& state, const Answer& solid) {
   predicted_.reset();
   if (!solid.checked && !state.solid_at_rest && state.time < settings_.common.end_time) {
@@ -189,7 +204,8 @@ void SerialExplicit::look_ahead(const CouplingState& state, const Answer& solid)
 }
 
 WindowReports SerialExplicit::advance(CouplingState& state, const TimeWindow& window, int order) {
-  const Exchange::Ask ask{.window = window, .wants_acceleration = settings_.leap_frog, .zero_before = state.zero_loads};
+  const Exchange::Ask ask{
+      .window = window, .wants_acceleration = settings_.leap_frog, .zero_before = state.zero_loads};
   post_on_path(exchange_, state, settings_, ask, order, predicted_ == Predicted{window, order});
   const Answer flow = exchange_.collect_flow();
   post_answered_load(exchange_, settings_, state, ask, flow);
@@ -199,18 +215,24 @@ WindowReports SerialExplicit::advance(CouplingState& state, const TimeWindow& wi
   accept_motion(state, solid, window.width());
   accept_window(state, window, flow.header(), solid.header());
   look_ahead(state, solid);
-  return {.flow = flow.header(), .solid = solid.header(),
-          .flow_balance = {flow.values().balance.begin(), flow.values().balance.end()}, .solids = solid.each};
+  return {.flow = flow.header(),
+          .solid = solid.header(),
+          .flow_balance = {flow.values().balance.begin(), flow.values().balance.end()},
+          .solids = solid.each};
 }
 
 }  // namespace
 
 std::unique_ptr<Scheme> make_scheme(Exchange& exchange, const Settings& settings) {
   switch (settings.scheme) {
-    case SchemeKind::serial_explicit: return std::make_unique<SerialExplicit>(exchange, settings);
-    case SchemeKind::parallel_explicit: return make_parallel_explicit(exchange, settings);
-    case SchemeKind::serial_implicit: return make_serial_implicit(exchange, settings);
-    case SchemeKind::parallel_implicit: return make_parallel_implicit(exchange, settings);
+    case SchemeKind::serial_explicit:
+      return std::make_unique<SerialExplicit>(exchange, settings);
+    case SchemeKind::parallel_explicit:
+      return make_parallel_explicit(exchange, settings);
+    case SchemeKind::serial_implicit:
+      return make_serial_implicit(exchange, settings);
+    case SchemeKind::parallel_implicit:
+      return make_parallel_implicit(exchange, settings);
   }
   return nullptr;
 }

@@ -14,8 +14,9 @@ namespace ocublast::coupler {
 struct WindowReports {
   link::Header flow;
   link::Header solid;
-  std::vector<double> flow_balance;        ///< several interfaces: [n, 4] J, N s; empty where not reported
-  std::vector<link::Header> solids;        ///< several: of each
+  std::vector<double>
+      flow_balance;  ///< several interfaces: [n, 4] J, N s; empty where not reported
+  std::vector<link::Header> solids;  ///< several: of each
   int iterations = 1;
   double residual = 0.0;  ///< of the motion at the last iteration, relative (implicit)
 };
@@ -38,7 +39,8 @@ class Scheme {
 
 // What the schemes have in common.
 
-/// Order of the predictor in a window of this width [s]: lower where theta = Z w / M is above its limit.
+/// Order of the predictor in a window of this width [s]: lower where theta = Z w / M is above its
+/// limit.
 [[nodiscard]] int allowed_order(const Settings& settings, const CouplingState& state, double width);
 /// Predicts the wall at `t_end` [s] from the state into `values`: position and velocity [6 n]. See
 /// predict_wall for what it returns.
@@ -46,14 +48,15 @@ bool predict_motion(const CouplingState& state, double t_end, int order, std::sp
                     const PathBegin& path = {});
 /// Sends the predicted wall to the flow, or that it rests.
 void post_predicted(Exchange& exchange, CouplingState& state, const Exchange::Ask& ask, int order);
-/// The same for explicit schemes, which go on from where they sent the wall: in windows shorter than
-/// the flow's own step it keeps to its path (PathBegin), and what is missing is made up for within
-/// about a flow step. `made`: predict_on_path has put it into the exchange's motion_room already.
-void post_on_path(Exchange& exchange, CouplingState& state, const Settings& settings, const Exchange::Ask& ask,
-                  int order, bool made = false);
+/// The same for explicit schemes, which go on from where they sent the wall: in windows shorter
+/// than the flow's own step it keeps to its path (PathBegin), and what is missing is made up for
+/// within about a flow step. `made`: predict_on_path has put it into the exchange's motion_room
+/// already.
+void post_on_path(Exchange& exchange, CouplingState& state, const Settings& settings,
+                  const Exchange::Ask& ask, int order, bool made = false);
 /// The wall that post_on_path sends for a window; see predict_wall for what it returns.
-bool predict_on_path(const CouplingState& state, const Settings& settings, const TimeWindow& window, int order,
-                     std::span<double> motion);
+bool predict_on_path(const CouplingState& state, const Settings& settings, const TimeWindow& window,
+                     int order, std::span<double> motion);
 /// Sends the flow's load to the solid: as it came, scaled by the start-up ramp, or that it is zero.
 void post_answered_load(Exchange& exchange, const Settings& settings, const CouplingState& state,
                         const Exchange::Ask& ask, const Answer& flow);

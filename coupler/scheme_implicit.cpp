@@ -1,17 +1,16 @@
 #include "coupler/scheme_implicit.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "coupler/base/errors.hpp"
 #include "coupler/relaxation.hpp"
 
 namespace ocublast::coupler {
-
 
 namespace {
 
@@ -27,7 +26,8 @@ double distance(std::span<const double> a, std::span<const double> b) {
   return std::sqrt(sum);
 }
 
-/// Positions are rounded to this share of themselves; displacements in a window cannot agree better.
+/// Positions are rounded to this share of themselves; displacements in a window cannot agree
+/// better.
 constexpr double position_rounding = 4.0 * std::numeric_limits<double>::epsilon();
 
 /// a / b, 0 where both are 0.
@@ -40,18 +40,21 @@ double relative(double a, double b) {
 class Motion {
  public:
   Motion(const CouplingState& state, double width)
-      : start_(state.position.values.begin(), state.position.values.end()), width_(width),
+      : start_(state.position.values.begin(), state.position.values.end()),
+        width_(width),
         rounding_(position_rounding * norm(start_)) {}
 
-  /// Difference between what was sent and what was answered, relative; what rounding explains counts
-  /// as none.
-  [[nodiscard]] double change(std::span<const double> sent, std::span<const double> answered) const {
+  /// Difference between what was sent and what was answered, relative; what rounding explains
+  /// counts as none.
+  [[nodiscard]] double change(std::span<const double> sent,
+                              std::span<const double> answered) const {
     const double apart = distance(sent, answered);
     return apart <= rounding_ ? 0.0 : relative(apart, norm(answered));
   }
 
   [[nodiscard]] std::size_t size() const { return 2 * start_.size(); }
-  void from_wall(std::span<const double> position, std::span<const double> velocity, std::span<double> z) const {
+  void from_wall(std::span<const double> position, std::span<const double> velocity,
+                 std::span<double> z) const {
     for (std::size_t i = 0; i < start_.size(); ++i) {
       z[i] = position[i] - start_[i];
       z[start_.size() + i] = width_ * velocity[i];
@@ -76,30 +79,33 @@ class Motion {
  private:
   std::vector<double> start_;  ///< a copy: answers of later iterations overwrite shared memory
   double width_;
-  double rounding_;            ///< m
+  double rounding_;  ///< m
 };
 
 /// The state's own copies of what lies in the solid's memory: iterations would overwrite it.
 void detach(CouplingState& state) {
   for (SharedValues* values : {&state.position, &state.velocity, &state.velocity_before})
     if (!values->values.empty())
-      *values = SharedValues::from(std::vector<double>(values->values.begin(), values->values.end()));
+      *values =
+          SharedValues::from(std::vector<double>(values->values.begin(), values->values.end()));
 }
 
 class Implicit : public Scheme {
  public:
   Implicit(Exchange& exchange, const Settings& settings)
-      : exchange_(exchange), settings_(settings),
+      : exchange_(exchange),
+        settings_(settings),
         relaxation_(make_relaxation(settings.relaxation, settings.relaxation_factor)) {}
 
   [[nodiscard]] TimeWindow next(const CouplingState& state) const override {
-    return next_window(window_choice(settings_), state.window, state.time, state.stable_flow, state.stable_solid);
+    return next_window(window_choice(settings_), state.window, state.time, state.stable_flow,
+                       state.stable_solid);
   }
 
  protected:
   /// Sums of the whole window, and what is left at its end.
-  WindowReports finish(CouplingState& state, const TimeWindow& window, const Answer& flow, const Answer& solid,
-                       WindowReports reports) const {
+  WindowReports finish(CouplingState& state, const TimeWindow& window, const Answer& flow,
+                       const Answer& solid, WindowReports reports) const {
     state.zero_loads = exchange_.zero_loads();
     accept_motion(state, solid, window.width());
     detach(state);
@@ -119,15 +125,19 @@ class Implicit : public Scheme {
     reports.solid.compute_seconds += solid.header().compute_seconds;
   }
   [[nodiscard]] bool converged(double motion, double load) const {
-    return motion <= settings_.convergence_motion && (settings_.convergence_load == 0.0 || load <= settings_.convergence_load);
+    return motion <= settings_.convergence_motion &&
+           (settings_.convergence_load == 0.0 || load <= settings_.convergence_load);
   }
   [[noreturn]] void give_up(const TimeWindow& window, double motion, double load) const {
     throw NumericsError(fmt::format(
-        "window {}, t = {:.6g} s: implicit coupling has not converged in {} iterations: motion {:.3g} (accepted "
+        "window {}, t = {:.6g} s: implicit coupling has not converged in {} iterations: motion "
+        "{:.3g} (accepted "
         "{:.3g}), load {:.3g} (accepted {}); allow more coupling.max_iterations, take another "
-        "coupling.relaxation, or shorter windows", window.number, window.t_begin, settings_.max_iterations, motion,
+        "coupling.relaxation, or shorter windows",
+        window.number, window.t_begin, settings_.max_iterations, motion,
         settings_.convergence_motion, load,
-        settings_.convergence_load > 0.0 ? fmt::format("{:.3g}", settings_.convergence_load) : "any"));
+        settings_.convergence_load > 0.0 ? fmt::format("{:.3g}", settings_.convergence_load)
+                                         : "any"));
   }
 
   Exchange& exchange_;
@@ -138,15 +148,18 @@ class Implicit : public Scheme {
 class SerialImplicit : public Implicit {
  public:
   using Implicit::Implicit;
-  [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window, int order) override;
+  [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window,
+                                      int order) override;
 };
 
 WindowReports SerialImplicit::advance(CouplingState& state, const TimeWindow& window, int order) {
   detach(state);
   const Motion motion(state, window.width());
-  std::vector<double> wall(motion.size()), z(motion.size()), answered(motion.size()), residual(motion.size());
+  std::vector<double> wall(motion.size()), z(motion.size()), answered(motion.size()),
+      residual(motion.size());
   predict_motion(state, window.t_end, order, wall);
-  motion.from_wall(std::span(wall).first(wall.size() / 2), std::span(wall).last(wall.size() / 2), z);
+  motion.from_wall(std::span(wall).first(wall.size() / 2), std::span(wall).last(wall.size() / 2),
+                   z);
   relaxation_->begin_window();
   WindowReports reports;
   std::vector<double> load_before;
@@ -171,7 +184,8 @@ WindowReports SerialImplicit::advance(CouplingState& state, const TimeWindow& wi
     if (!load_before.empty() || load.empty())
       load_change = load.empty() ? 0.0 : relative(distance(load, load_before), norm(load));
     load_before.assign(load.begin(), load.end());
-    if (converged(reports.residual, load_change)) return finish(state, window, flow, solid, reports);
+    if (converged(reports.residual, load_change))
+      return finish(state, window, flow, solid, reports);
     count(reports, flow, solid);
     relaxation_->advance(z, residual);
   }
@@ -181,18 +195,20 @@ WindowReports SerialImplicit::advance(CouplingState& state, const TimeWindow& wi
 class ParallelImplicit : public Implicit {
  public:
   using Implicit::Implicit;
-  [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window, int order) override;
+  [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window,
+                                      int order) override;
 
  private:
   struct Guess {
     std::vector<double> motion;  ///< [6 n] m
     std::vector<double> load;    ///< [n] Pa
   };
-  void post_both(CouplingState& state, const Exchange::Ask& ask, int order, const Motion& motion, const Guess& guess);
+  void post_both(CouplingState& state, const Exchange::Ask& ask, int order, const Motion& motion,
+                 const Guess& guess);
 };
 
-void ParallelImplicit::post_both(CouplingState& state, const Exchange::Ask& ask, int order, const Motion& motion,
-                                 const Guess& guess) {
+void ParallelImplicit::post_both(CouplingState& state, const Exchange::Ask& ask, int order,
+                                 const Motion& motion, const Guess& guess) {
   if (ask.iteration == 1) {
     post_predicted(exchange_, state, ask, order);
   } else {
@@ -200,9 +216,12 @@ void ParallelImplicit::post_both(CouplingState& state, const Exchange::Ask& ask,
     exchange_.post_motion(ask);
     state.wall_current = false;
   }
-  const bool zero = std::all_of(guess.load.begin(), guess.load.end(), [](double p) { return p == 0.0; });
-  if (zero && state.zero_loads == ~std::uint64_t{0}) exchange_.post_no_load(ask);
-  else exchange_.post_load(ask, guess.load);
+  const bool zero =
+      std::all_of(guess.load.begin(), guess.load.end(), [](double p) { return p == 0.0; });
+  if (zero && state.zero_loads == ~std::uint64_t{0})
+    exchange_.post_no_load(ask);
+  else
+    exchange_.post_load(ask, guess.load);
 }
 
 WindowReports ParallelImplicit::advance(CouplingState& state, const TimeWindow& window, int order) {
@@ -219,7 +238,8 @@ WindowReports ParallelImplicit::advance(CouplingState& state, const TimeWindow& 
   double motion_scale = 0.0, load_scale = 0.0, load_change = 0.0;
   const double factor = load_factor(settings_, window.t_end);
   for (std::uint32_t k = 1; k <= static_cast<std::uint32_t>(settings_.max_iterations); ++k) {
-    post_both(state, {.window = window, .iteration = k, .zero_before = state.zero_loads}, order, motion, guess);
+    post_both(state, {.window = window, .iteration = k, .zero_before = state.zero_loads}, order,
+              motion, guess);
     const Answer flow = exchange_.collect_flow();
     const Answer solid = exchange_.collect_solids(state);
     motion.from_answer(solid, answered);

@@ -4,17 +4,18 @@
 
 namespace ocublast::coupler {
 
-
 namespace {
 
 class ParallelExplicit : public Scheme {
  public:
-  ParallelExplicit(Exchange& exchange, const Settings& settings) : exchange_(exchange), settings_(settings) {}
+  ParallelExplicit(Exchange& exchange, const Settings& settings)
+      : exchange_(exchange), settings_(settings) {}
 
   [[nodiscard]] TimeWindow next(const CouplingState& state) const override {
     return state.ahead ? state.ahead->window : after(state, state.window, state.time);
   }
-  [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window, int order) override;
+  [[nodiscard]] WindowReports advance(CouplingState& state, const TimeWindow& window,
+                                      int order) override;
 
  private:
   [[nodiscard]] TimeWindow after(const CouplingState& state, std::uint64_t number, double t) const {
@@ -31,8 +32,15 @@ class ParallelExplicit : public Scheme {
 /// The flow has finished a window that the solid has still to do.
 void ParallelExplicit::keep(CouplingState& state, const TimeWindow& window, const Answer& flow) {
   const auto& h = flow.header();
-  FlowAhead ahead{.window = window, .idle = h.idle, .steps = h.steps, .work = h.work, .impulse = h.impulse,
-                  .impedance = h.impedance, .stable_step = h.stable_step, .load = {}, .balance = {}};
+  FlowAhead ahead{.window = window,
+                  .idle = h.idle,
+                  .steps = h.steps,
+                  .work = h.work,
+                  .impulse = h.impulse,
+                  .impedance = h.impedance,
+                  .stable_step = h.stable_step,
+                  .load = {},
+                  .balance = {}};
   if (!h.idle) {
     ahead.load = {flow.owner, Exchange::load_of(flow)};
     ahead.balance = {flow.owner, flow.values().balance};
@@ -50,9 +58,12 @@ void ParallelExplicit::post_kept_load(const CouplingState& state, const FlowAhea
   }
   const double factor = load_factor(settings_, ahead.window.t_end);
   std::vector<double> load(exchange_.n_loads(), 0.0);
-  for (std::size_t i = 0; i < ahead.load.values.size(); ++i) load[i] = factor < 1.0 ? factor * ahead.load.values[i] : ahead.load.values[i];
-  if (ahead.idle && state.zero_loads == ~std::uint64_t{0}) exchange_.post_no_load(ask);
-  else exchange_.post_load(ask, load);
+  for (std::size_t i = 0; i < ahead.load.values.size(); ++i)
+    load[i] = factor < 1.0 ? factor * ahead.load.values[i] : ahead.load.values[i];
+  if (ahead.idle && state.zero_loads == ~std::uint64_t{0})
+    exchange_.post_no_load(ask);
+  else
+    exchange_.post_load(ask, load);
 }
 
 WindowReports ParallelExplicit::advance(CouplingState& state, const TimeWindow& window, int order) {
@@ -88,8 +99,10 @@ WindowReports ParallelExplicit::advance(CouplingState& state, const TimeWindow& 
   flow.compute_seconds = seconds;
   accept_motion(state, solid, window.width());
   accept_window(state, window, flow, solid.header());
-  return {.flow = flow, .solid = solid.header(),
-          .flow_balance = {done.balance.values.begin(), done.balance.values.end()}, .solids = solid.each};
+  return {.flow = flow,
+          .solid = solid.header(),
+          .flow_balance = {done.balance.values.begin(), done.balance.values.end()},
+          .solids = solid.each};
 }
 
 }  // namespace

@@ -1,13 +1,12 @@
 #include "coupler/server.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstring>
-
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/link/payload.hpp"
@@ -29,7 +28,9 @@ constexpr int send_limit_ms = 5000;
 }  // namespace
 
 Server::Server(const Setup& setup, std::shared_ptr<spdlog::logger> log)
-    : setup_(setup), log_(std::move(log)), socket_(context_, zmq::socket_type::router),
+    : setup_(setup),
+      log_(std::move(log)),
+      socket_(context_, zmq::socket_type::router),
       peers_(setup.roster.size()) {
   if (setup.keys) {
     guard_.emplace(context_, *setup.keys);
@@ -54,7 +55,9 @@ Server::Server(const Setup& setup, std::shared_ptr<spdlog::logger> log)
   if (probe_) packets_.emplace(setup.endpoint.substr(std::string("ipc://").size()) + ".packets");
 }
 
-std::string Server::endpoint() const { return socket_.get(zmq::sockopt::last_endpoint); }
+std::string Server::endpoint() const {
+  return socket_.get(zmq::sockopt::last_endpoint);
+}
 
 std::vector<zmq::pollitem_t> Server::poll_items() {
   std::vector<zmq::pollitem_t> items{{socket_.handle(), 0, ZMQ_POLLIN, 0},
@@ -64,15 +67,17 @@ std::vector<zmq::pollitem_t> Server::poll_items() {
   return items;
 }
 
-/// READY announced them: from now on orders without a second frame go as packets, and results may come so.
+/// READY announced them: from now on orders without a second frame go as packets, and results may
+/// come so.
 void Server::take_packets(Party party) {
   Peer& p = peer(party);
   if (packets_ && p.packet_mark != 0) p.packets = packets_->take(p.packet_mark);
-  if (!p.packets) throw PartnerFault(party, "READY announces packets, but it has not connected for them");
+  if (!p.packets)
+    throw PartnerFault(party, "READY announces packets, but it has not connected for them");
 }
 
-/// The packet of a party whose turn it is. It may come before messages of the other way that were sent
-/// before it: then it waits for them.
+/// The packet of a party whose turn it is. It may come before messages of the other way that were
+/// sent before it: then it waits for them.
 std::optional<Incoming> Server::receive_packet(Party party) {
   Peer& p = peer(party);
   try {
@@ -86,8 +91,9 @@ std::optional<Incoming> Server::receive_packet(Party party) {
     }
     if (!p.held || p.held->header.seq > p.received + 1) return {};
     if (p.held->header.seq < p.received + 1)
-      throw LinkError(fmt::format("message refused: {} has number {}, expected {}", to_word(p.held->header.kind),
-                                  p.held->header.seq, p.received + 1));
+      throw LinkError(fmt::format("message refused: {} has number {}, expected {}",
+                                  to_word(p.held->header.kind), p.held->header.seq,
+                                  p.received + 1));
   } catch (const LinkError& error) {
     throw PartnerFault(party, error.what());
   }
@@ -98,7 +104,8 @@ std::optional<Incoming> Server::receive_packet(Party party) {
 void Server::check_packet(Incoming& in) {
   const Header& h = in.header;
   if (h.run_id != setup_.run_id)
-    throw LinkError(fmt::format("message refused: of run {:016x}, this one is {:016x}", h.run_id, setup_.run_id));
+    throw LinkError(fmt::format("message refused: of run {:016x}, this one is {:016x}", h.run_id,
+                                setup_.run_id));
   if (h.kind != Kind::result || (h.memory.pid == 0) != (h.payload_bytes == 0))
     throw LinkError(fmt::format("message refused: {} as a packet", to_word(h.kind)));
   if (h.memory.pid != 0) in.memory = memory_.view(h.memory, h.payload_bytes);
@@ -159,7 +166,8 @@ std::optional<Incoming> Server::receive() {
       throw LinkError(fmt::format("message refused: of run {:016x}, this one is {:016x}",
                                   in.header.run_id, setup_.run_id));
     // ABORT may overtake a packet that was sent before it, and ends everything anyway.
-    const bool overtakes = in.header.kind == Kind::abort && known->packets && in.header.seq > known->received;
+    const bool overtakes =
+        in.header.kind == Kind::abort && known->packets && in.header.seq > known->received;
     if (in.header.seq != known->received + 1 && !overtakes)
       throw LinkError(fmt::format("message refused: {} has number {}, expected {}",
                                   to_word(in.header.kind), in.header.seq, known->received + 1));
@@ -183,41 +191,46 @@ Party Server::party_of(const Header& hello) const {
   const auto& names = setup_.roster.solids();
   const auto at = std::find(names.begin(), names.end(), hello.name);
   if (at == names.end())
-    throw LinkError(fmt::format("refused: no solid of this case is called '{}'; expected {}", hello.name,
-                                setup_.roster.several() ? fmt::format("{}", fmt::join(names, ", ")) : "no name"));
+    throw LinkError(fmt::format(
+        "refused: no solid of this case is called '{}'; expected {}", hello.name,
+        setup_.roster.several() ? fmt::format("{}", fmt::join(names, ", ")) : "no name"));
   return solid_party(static_cast<std::size_t>(at - names.begin()));
 }
 
-Party Server::greet(const std::string& routing_id, const zmq::message_t& frame, const Header& hello) {
+Party Server::greet(const std::string& routing_id, const zmq::message_t& frame,
+                    const Header& hello) {
   if (hello.kind != Kind::hello)
     throw LinkError(fmt::format("message refused: {} before HELLO", to_word(hello.kind)));
   if (hello.token != setup_.token)
-    throw LinkError("refused: the token is not that of this run; start solvers through the coupler, "
-                    "or give them its OCUBLAST_TOKEN");
+    throw LinkError(
+        "refused: the token is not that of this run; start solvers through the coupler, "
+        "or give them its OCUBLAST_TOKEN");
   const Party party = party_of(hello);
   const std::string word = setup_.roster.word(party);
   if (setup_.only && *setup_.only != party)
     throw LinkError(fmt::format("refused: the {} side is replayed in this run", word));
-  const std::string host = index_of(party) < setup_.hosts.size() ? setup_.hosts[index_of(party)] : std::string();
+  const std::string host =
+      index_of(party) < setup_.hosts.size() ? setup_.hosts[index_of(party)] : std::string();
   const char* from = zmq_msg_gets(frame.handle(), "Peer-Address");
   if (!host.empty() && (from == nullptr || host != from))
-    throw LinkError(fmt::format("refused: the {} side connects from {}, the case has it at {}", word,
-                                from == nullptr ? "nowhere known" : from, host));
-  // The end of an older connection, which had the number of this one, must not be taken for this one's.
+    throw LinkError(fmt::format("refused: the {} side connects from {}, the case has it at {}",
+                                word, from == nullptr ? "nowhere known" : from, host));
+  // The end of an older connection, which had the number of this one, must not be taken for this
+  // one's.
   watch_connections();
   Peer& p = peer(party);
   if (p.admitted)
-    throw LinkError(fmt::format("refused: a {} participant is here already ({})",
-                                word, p.program));
+    throw LinkError(fmt::format("refused: a {} participant is here already ({})", word, p.program));
   std::string mismatch;
   if (hello.major != link::protocol_major)
-    mismatch = fmt::format("protocol {}.{} of {} does not fit protocol {}.{} of the coupler",
-                           hello.major, hello.minor, hello.program, link::protocol_major,
-                           link::protocol_minor);
+    mismatch =
+        fmt::format("protocol {}.{} of {} does not fit protocol {}.{} of the coupler", hello.major,
+                    hello.minor, hello.program, link::protocol_major, link::protocol_minor);
   else if (hello.case_hash != setup_.case_hash)
-    mismatch = fmt::format("case hash {:016x} of {} differs from {:016x} of the coupler: all sides "
-                           "must read the same case with the same --set", hello.case_hash,
-                           hello.program, setup_.case_hash);
+    mismatch = fmt::format(
+        "case hash {:016x} of {} differs from {:016x} of the coupler: all sides "
+        "must read the same case with the same --set",
+        hello.case_hash, hello.program, setup_.case_hash);
   else if (hello.seq != 1)
     mismatch = fmt::format("HELLO has number {}, expected 1", hello.seq);
   if (!mismatch.empty()) {
@@ -287,7 +300,8 @@ std::string Server::send(Party party, Header header, zmq::message_t& payload) {
     return bytes;
   }
   if (!p.admitted || !send_frames(p.routing_id, bytes, payload, true)) {
-    PartnerFault fault(party, fmt::format("takes no {}: its connection is gone", to_word(header.kind)));
+    PartnerFault fault(party,
+                       fmt::format("takes no {}: its connection is gone", to_word(header.kind)));
     fault.gone = true;
     throw fault;
   }
@@ -331,7 +345,8 @@ void Server::abort_all(const std::string& reason, int exit_code) noexcept {
     // has read it goes; who is frozen is not waited for.
     const auto until = std::chrono::steady_clock::now() + farewell_wait;
     const auto waits = [](const Peer& p) { return p.admitted && !p.lost; };
-    while (std::any_of(peers_.begin(), peers_.end(), waits) && std::chrono::steady_clock::now() < until) {
+    while (std::any_of(peers_.begin(), peers_.end(), waits) &&
+           std::chrono::steady_clock::now() < until) {
       zmq::pollitem_t item{monitor_->handle().handle(), 0, ZMQ_POLLIN, 0};
       zmq::poll(&item, 1, std::chrono::milliseconds(5));
       watch_connections();

@@ -1,13 +1,13 @@
 #pragma once
 
+#include <spdlog/logger.h>
+
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
-
-#include <spdlog/logger.h>
 #include <zmq.hpp>
 
 #include "coupler/link/keys.hpp"
@@ -32,7 +32,7 @@ struct Incoming {
   Party party = Party::flow;
   link::Header header;
   link::Frames frames;
-  std::vector<double> aside;  ///< holds the payload where the frame is not aligned
+  std::vector<double> aside;          ///< holds the payload where the frame is not aligned
   std::span<const std::byte> memory;  ///< the payload where it came through shared memory
 
   /// Payload aligned for doubles; valid until the message is moved.
@@ -60,13 +60,13 @@ class Server {
     std::uint64_t run_id = 0;
     std::string token;
     std::uint64_t case_hash = 0;
-    double silence_limit = 60.0;                 ///< s
-    double max_message = 256e6;                  ///< bytes
-    std::optional<link::CouplerKeys> keys;       ///< for tcp
+    double silence_limit = 60.0;            ///< s
+    double max_message = 256e6;             ///< bytes
+    std::optional<link::CouplerKeys> keys;  ///< for tcp
     Roster roster;
-    std::vector<std::string> hosts;              ///< by party: the only address it may connect from
-    std::optional<Party> only;                   ///< nobody else is accepted (the others are replayed)
-    bool share_memory = true;                    ///< ipc: payloads through shared memory
+    std::vector<std::string> hosts;  ///< by party: the only address it may connect from
+    std::optional<Party> only;       ///< nobody else is accepted (the others are replayed)
+    bool share_memory = true;        ///< ipc: payloads through shared memory
   };
   Server(const Setup& setup, std::shared_ptr<spdlog::logger> log);
 
@@ -79,7 +79,8 @@ class Server {
   /// yet (see link::check_payload).
   [[nodiscard]] std::optional<Incoming> take();
   /// Sends header and payload; numbers, run id and checksum are filled in (the checksum only where
-  /// `payload_checksum` is 0, length and checksum not where header.memory names the payload). Returns the header frame as sent.
+  /// `payload_checksum` is 0, length and checksum not where header.memory names the payload).
+  /// Returns the header frame as sent.
   std::string send(Party party, link::Header header, zmq::message_t& payload);
   std::string send(Party party, link::Header header);
   /// Tells a participant that the coupler is alive; dropped when its queue is full.
@@ -112,16 +113,15 @@ class Server {
     std::optional<Incoming> held;  ///< came as a packet before a message with a smaller number
   };
   [[nodiscard]] Peer& peer(Party party) { return peers_[index_of(party)]; }
-  [[nodiscard]] const Peer& peer(Party party) const {
-    return peers_[index_of(party)];
-  }
+  [[nodiscard]] const Peer& peer(Party party) const { return peers_[index_of(party)]; }
   [[nodiscard]] Party party_of(const link::Header& hello) const;
   void watch_connections();
   [[nodiscard]] std::optional<Incoming> receive();
   [[nodiscard]] std::optional<Incoming> receive_packet(Party party);
   void check_packet(Incoming& in);
   void take_packets(Party party);
-  [[nodiscard]] Party greet(const std::string& routing_id, const zmq::message_t& frame, const link::Header& hello);
+  [[nodiscard]] Party greet(const std::string& routing_id, const zmq::message_t& frame,
+                            const link::Header& hello);
   void dismiss(const std::string& routing_id, const std::string& reason);
   bool send_frames(const std::string& routing_id, std::string_view header, zmq::message_t& payload,
                    bool wait);

@@ -1,5 +1,6 @@
 #include "coupler/session.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -7,8 +8,6 @@
 #include <cstdio>
 #include <fstream>
 #include <limits>
-
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "coupler/base/errors.hpp"
@@ -53,7 +52,8 @@ class Session {
   void advance();
   [[nodiscard]] int predictor_order(double width);
   [[nodiscard]] bool implicit() const {
-    return settings_.scheme == SchemeKind::serial_implicit || settings_.scheme == SchemeKind::parallel_implicit;
+    return settings_.scheme == SchemeKind::serial_implicit ||
+           settings_.scheme == SchemeKind::parallel_implicit;
   }
   [[nodiscard]] bool checkpoint_due() const;
   void flush_rows();
@@ -84,7 +84,7 @@ class Session {
   struct {
     std::uint64_t window = 0;
     double time = 0.0;  ///< s
-  } finished_;  ///< by both, and nothing found wrong with it
+  } finished_;          ///< by both, and nothing found wrong with it
   std::string phase_ = "during the handshake";
   std::optional<TrafficWriter> traffic_;
   std::optional<WindowLog> rows_;
@@ -127,7 +127,10 @@ Server::Setup server_setup(const Settings& settings, const SocketPlace& place,
 
 Session::Session(const RunOptions& options, const Settings& settings,
                  std::shared_ptr<spdlog::logger> log)
-    : options_(options), settings_(settings), log_(std::move(log)), run_lock_(lock_run(options.out)),
+    : options_(options),
+      settings_(settings),
+      log_(std::move(log)),
+      run_lock_(lock_run(options.out)),
       events_(options.out / "log" / "events.jsonl"),
       place_(options.endpoint.empty() ? settings.endpoint : options.endpoint),
       start_(options, settings.roster, place_.encrypted(), settings.case_hash),
@@ -143,10 +146,12 @@ void Session::load_resume() {
   window_.t_end = first_time_ = last_checkpoint_time_ = state_.time;
   finished_ = {state_.window, state_.time};
   if (resumed_->case_hash != settings_.case_hash)
-    throw CaseError(fmt::format("--resume {}: the checkpoint is of case {:016x}, this case is {:016x}; "
-                                "resume with the same case file and --set", options_.resume.string(),
-                                resumed_->case_hash, settings_.case_hash));
-  log_->info("resumed from {}: window {}, t = {} s", place.directory.string(), state_.window, state_.time);
+    throw CaseError(
+        fmt::format("--resume {}: the checkpoint is of case {:016x}, this case is {:016x}; "
+                    "resume with the same case file and --set",
+                    options_.resume.string(), resumed_->case_hash, settings_.case_hash));
+  log_->info("resumed from {}: window {}, t = {} s", place.directory.string(), state_.window,
+             state_.time);
 }
 
 void Session::start_solvers() {
@@ -154,7 +159,8 @@ void Session::start_solvers() {
   for (const Party party : settings_.roster.all())
     if (options_.await || !settings_.hosts[index_of(party)].empty()) elsewhere.push_back(party);
   if (!options_.await && !elsewhere.empty() && !place_.encrypted())
-    throw CaseError("coupling.hosts: others connect by tcp: give coupling.endpoint = \"tcp://ADDRESS:PORT\"");
+    throw CaseError(
+        "coupling.hosts: others connect by tcp: give coupling.endpoint = \"tcp://ADDRESS:PORT\"");
   if (!elsewhere.empty()) start_.announce(elsewhere, server_.endpoint(), settings_.silence_limit);
   for (const Party party : settings_.roster.all())
     if (std::find(elsewhere.begin(), elsewhere.end(), party) == elsewhere.end())
@@ -164,21 +170,29 @@ void Session::start_solvers() {
 /// The flow's mesh beside a solid's: a map where they differ.
 Interface Session::make_interface(const SolidHands& solid, Party party) {
   const auto n = static_cast<std::size_t>(solid.mesh.header.n_vertices);
-  Interface interface{.n_flow = n, .n_solid = n, .takes_force = solid.ready->header.takes_force, .map = {}};
+  Interface interface {
+    .n_flow = n, .n_solid = n, .takes_force = solid.ready->header.takes_force, .map = {}
+  };
   const double area = area_of(mesh_of(solid.mesh));
-  areas_.push_back({.flow = solid.flow_mesh ? area_of(mesh_of(*solid.flow_mesh)) : area, .solid = area});
-  if (!solid.flow_mesh || solid.flow_mesh->header.mesh_hash == solid.mesh.header.mesh_hash) return interface;
+  areas_.push_back(
+      {.flow = solid.flow_mesh ? area_of(mesh_of(*solid.flow_mesh)) : area, .solid = area});
+  if (!solid.flow_mesh || solid.flow_mesh->header.mesh_hash == solid.mesh.header.mesh_hash)
+    return interface;
   const auto begin = Clock::now();
   try {
-    interface.map = std::make_unique<InterfaceMap>(mesh_of(*solid.flow_mesh), mesh_of(solid.mesh), settings_.mapping);
+    interface.map = std::make_unique<InterfaceMap>(mesh_of(*solid.flow_mesh), mesh_of(solid.mesh),
+                                                   settings_.mapping);
   } catch (const LinkError& error) {
     throw PartnerFault(Party::flow, error.what(), static_cast<int>(ExitCode::bad_case));
   }
   interface.n_flow = interface.map->n_flow();
-  log_->info("{} mapped by {}: {} vertices of the flow, {} of the solid, largest gap {:.3g} m, load as {}, {:.3f} s",
-             settings_.roster.word(party), interface.map->method(), interface.n_flow, n, interface.map->largest_gap(),
-             interface.takes_force ? "forces (conservative)" : "overpressure (not conservative)",
-             link::seconds_since(begin));
+  log_->info(
+      "{} mapped by {}: {} vertices of the flow, {} of the solid, largest gap {:.3g} m, load as "
+      "{}, {:.3f} s",
+      settings_.roster.word(party), interface.map->method(), interface.n_flow, n,
+      interface.map->largest_gap(),
+      interface.takes_force ? "forces (conservative)" : "overpressure (not conservative)",
+      link::seconds_since(begin));
   return interface;
 }
 
@@ -196,23 +210,31 @@ void Session::shake() {
   }
   if (resumed_) {
     if (resumed_->mesh_hash != mesh_hash_)
-      throw PartnerFault(Party::solid, fmt::format("brings the interface mesh {:016x}, the checkpoint is "
-                                                   "of {:016x}", mesh_hash_, resumed_->mesh_hash));
+      throw PartnerFault(Party::solid,
+                         fmt::format("brings the interface mesh {:016x}, the checkpoint is "
+                                     "of {:016x}",
+                                     mesh_hash_, resumed_->mesh_hash));
   } else {
     start_state(state_, hands, settings_.leap_frog);
   }
   const bool sends_force = hands.flow_ready.takes_force;
   for (std::size_t k = 0; k < interfaces.size(); ++k)
     if (sends_force && (interfaces[k].map || !interfaces[k].takes_force))
-      throw PartnerFault(Party::flow, fmt::format("sends forces, but {}", interfaces[k].map
-          ? "has an interface mesh of its own" : settings_.roster.word(solid_party(k)) + " takes none"));
+      throw PartnerFault(
+          Party::flow,
+          fmt::format("sends forces, but {}",
+                      interfaces[k].map ? "has an interface mesh of its own"
+                                        : settings_.roster.word(solid_party(k)) + " takes none"));
   open_results(std::move(interfaces), sends_force);
   exchange_->set_wall(state_.wall.values.empty() ? state_.position.values : state_.wall.values);
   if (traffic_) record_handshake(*traffic_, hands);
-  log_->info("ready: {} vertices, {} triangles, stable steps {} s (flow) and {} s (solid)", vertices, triangles,
-             state_.stable_flow, state_.stable_solid);
-  events_.note("ready", {{"flow", server_.program(Party::flow)}, {"solid", solids},
-                         {"vertices", vertices}, {"window", state_.window}, {"time_s", state_.time}});
+  log_->info("ready: {} vertices, {} triangles, stable steps {} s (flow) and {} s (solid)",
+             vertices, triangles, state_.stable_flow, state_.stable_solid);
+  events_.note("ready", {{"flow", server_.program(Party::flow)},
+                         {"solid", solids},
+                         {"vertices", vertices},
+                         {"window", state_.window},
+                         {"time_s", state_.time}});
 }
 
 void Session::open_results(std::vector<Interface> interfaces, bool sends_force) {
@@ -225,15 +247,18 @@ void Session::open_results(std::vector<Interface> interfaces, bool sends_force) 
     auto file = options_.out / "traffic.ocu";
     if (same_run && std::filesystem::exists(file))
       file = options_.out / fmt::format("traffic_{:08}.ocu", state_.window + 1);
-    traffic_.emplace(file, TrafficDescription{.program = fmt::format("coupler {}", version_text),
-                                              .case_name = settings_.common.name,
-                                              .case_hash = settings_.case_hash,
-                                              .mesh_hash = mesh_hash_,
-                                              .first_window = state_.window + 1,
-                                              .solids = settings_.roster.solids()},
-                     settings_.record_packed ? TrafficWriter::Packing::zstd : TrafficWriter::Packing::none);
+    traffic_.emplace(
+        file,
+        TrafficDescription{.program = fmt::format("coupler {}", version_text),
+                           .case_name = settings_.common.name,
+                           .case_hash = settings_.case_hash,
+                           .mesh_hash = mesh_hash_,
+                           .first_window = state_.window + 1,
+                           .solids = settings_.roster.solids()},
+        settings_.record_packed ? TrafficWriter::Packing::zstd : TrafficWriter::Packing::none);
   }
-  exchange_.emplace(partners_, server_, settings_, std::move(interfaces), sends_force, traffic_ ? &*traffic_ : nullptr);
+  exchange_.emplace(partners_, server_, settings_, std::move(interfaces), sends_force,
+                    traffic_ ? &*traffic_ : nullptr);
   scheme_ = make_scheme(*exchange_, settings_);
 }
 
@@ -245,16 +270,19 @@ int Session::predictor_order(double width) {
   if (implicit()) return settings_.predictor_order;
   if (theta > settings_.theta_refuse && !settings_.allow_unstable)
     throw NumericsError(fmt::format(
-        "window {}, t = {:.6g} s: theta = {:.3g} (gas impedance {:.4g} kg/(m^2 s) x window {:.3g} s / "
+        "window {}, t = {:.6g} s: theta = {:.3g} (gas impedance {:.4g} kg/(m^2 s) x window {:.3g} "
+        "s / "
         "solid mass per area {:.4g} kg/m^2) is above {:.3g}, where explicit coupling grows without "
         "bound; use scheme = \"serial-implicit\", shorter windows (window = \"fixed\"), or "
         "coupling.allow_unstable = true",
         window_.number, window_.t_begin, theta, state_.impedance, width, state_.mass_per_area,
         settings_.theta_refuse));
   if (theta > settings_.theta_warn && !std::exchange(warned_theta_, true)) {
-    log_->warn("theta = {:.3g} is above {:.3g} from window {} (t = {:.6g} s) on: predictor of order 1",
-               theta, settings_.theta_warn, window_.number, window_.t_begin);
-    events_.note("theta", {{"window", window_.number}, {"theta", theta}, {"limit", settings_.theta_warn}});
+    log_->warn(
+        "theta = {:.3g} is above {:.3g} from window {} (t = {:.6g} s) on: predictor of order 1",
+        theta, settings_.theta_warn, window_.number, window_.t_begin);
+    events_.note("theta",
+                 {{"window", window_.number}, {"theta", theta}, {"limit", settings_.theta_warn}});
   }
   return allowed_order(settings_, state_, width);
 }
@@ -263,8 +291,8 @@ void Session::advance() {
   const auto begin = Clock::now();
   window_ = scheme_->next(state_);
   const int order = predictor_order(window_.width());
-  const double theta = state_.mass_per_area > 0.0
-                           ? state_.impedance * window_.width() / state_.mass_per_area : 0.0;
+  const double theta =
+      state_.mass_per_area > 0.0 ? state_.impedance * window_.width() / state_.mass_per_area : 0.0;
   const WindowReports reports = scheme_->advance(state_, window_, order);
   finished_ = {state_.window, state_.time};
   const double elapsed = link::seconds_since(begin);
@@ -274,16 +302,24 @@ void Session::advance() {
   wall_.coupling += overhead;
   wall_.overheads.push_back(static_cast<float>(overhead));
   status_ = {reports.flow.status, reports.solid.status};
-  WindowRow row{.window = window_, .steps_solid = reports.solid.steps,
-                .work_flow = reports.flow.work, .work_solid = reports.solid.work,
-                .impulse_flow = reports.flow.impulse, .impulse_solid = reports.solid.impulse,
-                .energy_error = state_.balance.energy_error(), .theta = theta,
-                .iterations = reports.iterations, .residual = reports.residual, .overhead = overhead};
+  WindowRow row{.window = window_,
+                .steps_solid = reports.solid.steps,
+                .work_flow = reports.flow.work,
+                .work_solid = reports.solid.work,
+                .impulse_flow = reports.flow.impulse,
+                .impulse_solid = reports.solid.impulse,
+                .energy_error = state_.balance.energy_error(),
+                .theta = theta,
+                .iterations = reports.iterations,
+                .residual = reports.residual,
+                .overhead = overhead};
   row.window.steps_flow = reports.flow.steps;
   rows_->add(row);
   for (std::size_t k = 0; k < interface_rows_.size(); ++k)
-    interface_rows_[k].add(window_, reports.flow_balance.empty() ? std::span<const double>()
-                                                                 : std::span(reports.flow_balance).subspan(4 * k, 4),
+    interface_rows_[k].add(window_,
+                           reports.flow_balance.empty()
+                               ? std::span<const double>()
+                               : std::span(reports.flow_balance).subspan(4 * k, 4),
                            reports.solids[k]);
   if (link::seconds_since(last_flush_) < flush_every) return;
   last_flush_ = Clock::now();
@@ -315,11 +351,15 @@ void Session::await_all(Kind kind, const char* what) {
     const Incoming answer = partners_.await(blame, what, settings_.start_limit);
     const std::uint64_t window = answer.party == Party::flow ? state_.flow_window() : state_.window;
     const std::size_t i = index_of(answer.party);
-    if (answer.header.kind != kind || here[i] || (kind == Kind::done && answer.header.window != window))
-      throw PartnerFault(answer.party, fmt::format("sent {} while {} was awaited", to_word(answer.header.kind), what));
+    if (answer.header.kind != kind || here[i] ||
+        (kind == Kind::done && answer.header.window != window))
+      throw PartnerFault(answer.party, fmt::format("sent {} while {} was awaited",
+                                                   to_word(answer.header.kind), what));
     here[i] = true;
-    if (kind == Kind::bye) partners_.set_over(answer.party);
-    else partners_.set_computing(answer.party, false);
+    if (kind == Kind::bye)
+      partners_.set_over(answer.party);
+    else
+      partners_.set_computing(answer.party, false);
   }
 }
 
@@ -330,7 +370,8 @@ void Session::write_checkpoint() {
     Header header;
     header.kind = Kind::checkpoint;
     header.window = party == Party::flow ? state_.flow_window() : state_.window;
-    const auto own = directory / settings_.roster.name(party);  // of several solids each has its own
+    const auto own =
+        directory / settings_.roster.name(party);  // of several solids each has its own
     std::filesystem::create_directories(own);
     header.directory = (settings_.roster.name(party).empty() ? directory : own).string();
     server_.send(party, std::move(header));
@@ -371,33 +412,47 @@ void Session::finish() {
     balances.emplace_back(rows.name(), rows.balance());
   }
   if (traffic_) traffic_->close();
-  write_summary(options_.out / "coupling_summary.json",
-                {.time = state_.time, .windows = state_.window - first_window_,
-                 .theta_max = state_.theta_max, .balance = state_.balance, .areas = areas_, .interfaces = balances, .wall = wall_});
+  write_summary(options_.out / "coupling_summary.json", {.time = state_.time,
+                                                         .windows = state_.window - first_window_,
+                                                         .theta_max = state_.theta_max,
+                                                         .balance = state_.balance,
+                                                         .areas = areas_,
+                                                         .interfaces = balances,
+                                                         .wall = wall_});
 }
 
 void Session::tell_status(const std::string& phase, const std::string& detail) {
   const double span = settings_.common.end_time - first_time_;
   const double share = span > 0.0 ? (state_.time - first_time_) / span : 1.0;
   const double spent = link::seconds_since(windows_begin_);
-  write_status(options_.out,
-               {.case_name = settings_.common.name, .phase = phase, .detail = detail, .window = state_.window,
-                .time = state_.time, .end_time = settings_.common.end_time,
-                .seconds_left = share > 0.0 ? spent * (1.0 - share) / share : 0.0,
-                .overhead = wall_.median_overhead(), .theta = state_.theta_max,
-                .energy_error = state_.balance.relative_energy_error(), .flow = status_[0], .solid = status_[1]});
+  write_status(options_.out, {.case_name = settings_.common.name,
+                              .phase = phase,
+                              .detail = detail,
+                              .window = state_.window,
+                              .time = state_.time,
+                              .end_time = settings_.common.end_time,
+                              .seconds_left = share > 0.0 ? spent * (1.0 - share) / share : 0.0,
+                              .overhead = wall_.median_overhead(),
+                              .theta = state_.theta_max,
+                              .energy_error = state_.balance.relative_energy_error(),
+                              .flow = status_[0],
+                              .solid = status_[1]});
 }
 
 void Session::show_progress() {
   if (exchange_) tell_status("windows");
   if (options_.quiet || !exchange_) return;
-  const double done = settings_.common.end_time > 0.0 ? state_.time / settings_.common.end_time : 1.0;
+  const double done =
+      settings_.common.end_time > 0.0 ? state_.time / settings_.common.end_time : 1.0;
   const double share = settings_.common.end_time > first_time_
-                           ? (state_.time - first_time_) / (settings_.common.end_time - first_time_) : 1.0;
+                           ? (state_.time - first_time_) / (settings_.common.end_time - first_time_)
+                           : 1.0;
   const double spent = link::seconds_since(windows_begin_);
-  const std::string eta = share > 0.0 ? fmt::format("{:.0f} s left", spent * (1.0 - share) / share) : "";
-  std::string line = fmt::format("t {:.4e} s  window {}  {:.1f} %  {}  {:.0f} us/window  theta {:.2g}", state_.time,
-                                 state_.window, 100.0 * done, eta, 1e6 * wall_.median_overhead(), state_.theta_max);
+  const std::string eta =
+      share > 0.0 ? fmt::format("{:.0f} s left", spent * (1.0 - share) / share) : "";
+  std::string line = fmt::format(
+      "t {:.4e} s  window {}  {:.1f} %  {}  {:.0f} us/window  theta {:.2g}", state_.time,
+      state_.window, 100.0 * done, eta, 1e6 * wall_.median_overhead(), state_.theta_max);
   for (const auto& text : status_)
     if (!text.empty()) line += "  " + text;
   if (::isatty(STDOUT_FILENO) != 0)
@@ -416,7 +471,7 @@ std::string Session::describe(const PartnerFault& fault) {
       !phase_.empty() ? phase_
       : in_window     ? fmt::format("in window {} (t = {:.6g} s to {:.6g} s)", window_.number,
                                     window_.t_begin, window_.t_end)
-                      : fmt::format("after window {} (t = {:.6g} s)", finished_.window, finished_.time);
+                  : fmt::format("after window {} (t = {:.6g} s)", finished_.window, finished_.time);
   const auto log = partners_.log_of(fault.party);
   std::string text = fmt::format("{} failed {}, {:.1f} s after the start: {}", who, when,
                                  link::seconds_since(begin_), fault.what());
@@ -427,7 +482,10 @@ std::string Session::describe(const PartnerFault& fault) {
 void Session::fail(const std::string& text, int exit_code) {
   if (::isatty(STDOUT_FILENO) != 0 && !options_.quiet) std::printf("\n");
   log_->info("the run ends: {}", text);
-  events_.note("failed", {{"window", finished_.window}, {"time_s", finished_.time}, {"exit_code", exit_code}, {"reason", text.substr(0, text.find('\n'))}});
+  events_.note("failed", {{"window", finished_.window},
+                          {"time_s", finished_.time},
+                          {"exit_code", exit_code},
+                          {"reason", text.substr(0, text.find('\n'))}});
   tell_status("failed", text.substr(0, text.find('\n')));
   partners_.end_all(text.substr(0, text.find('\n')), exit_code);
   try {
@@ -437,9 +495,12 @@ void Session::fail(const std::string& text, int exit_code) {
     log_->warn("{}", error.what());
   }
   switch (exit_code) {
-    case 2: throw CaseError(text);
-    case 4: throw NumericsError(text);
-    default: throw LinkError(text);
+    case 2:
+      throw CaseError(text);
+    case 4:
+      throw NumericsError(text);
+    default:
+      throw LinkError(text);
   }
 }
 
@@ -464,7 +525,10 @@ bool Session::run() {
 }
 
 bool Session::run_checked() {
-  events_.note("started", {{"case", settings_.common.name}, {"pid", ::getpid()}, {"endpoint", server_.endpoint()}, {"resumed", !options_.resume.empty()}});
+  events_.note("started", {{"case", settings_.common.name},
+                           {"pid", ::getpid()},
+                           {"endpoint", server_.endpoint()},
+                           {"resumed", !options_.resume.empty()}});
   tell_status("handshake");
   load_resume();
   start_solvers();

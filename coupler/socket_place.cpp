@@ -1,6 +1,7 @@
 #include "coupler/socket_place.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -8,8 +9,6 @@
 
 #include <cstdlib>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 
@@ -39,7 +38,8 @@ std::filesystem::path make_private_directory() {
   std::error_code ignored;
   const bool usable = runtime != nullptr && std::filesystem::is_directory(runtime, ignored) &&
                       ::access(runtime, W_OK) == 0;
-  std::string name = (std::filesystem::path(usable ? runtime : "/tmp") / "ocublast-XXXXXX").string();
+  std::string name =
+      (std::filesystem::path(usable ? runtime : "/tmp") / "ocublast-XXXXXX").string();
   if (::mkdtemp(name.data()) == nullptr)  // mode 0700 by definition
     throw LinkError(fmt::format("{}: cannot make a private directory for the socket", name));
   return name;
@@ -52,17 +52,20 @@ void require_own_directory(const std::filesystem::path& directory) {
     throw LinkError(fmt::format("{}: no such directory for the socket; make it with mode 700",
                                 directory.string()));
   if (status.st_uid != ::geteuid() || (status.st_mode & 022) != 0)
-    throw LinkError(fmt::format("{}: mode {:o}, owner {}: others could replace the socket; accepted "
-                                "is a directory of your own with mode 700", directory.string(),
-                                status.st_mode & 0777, status.st_uid));
+    throw LinkError(
+        fmt::format("{}: mode {:o}, owner {}: others could replace the socket; accepted "
+                    "is a directory of your own with mode 700",
+                    directory.string(), status.st_mode & 0777, status.st_uid));
 }
 
 void require_named_address(const std::string& endpoint) {
   const std::string address = endpoint.substr(6);
   const auto colon = address.rfind(':');
   if (colon == std::string::npos || colon == 0 || colon + 1 == address.size() || address[0] == '*')
-    throw LinkError(fmt::format("endpoint {}: accepted is tcp://ADDRESS:PORT with the address to "
-                                "listen on, for one machine 127.0.0.1", endpoint));
+    throw LinkError(
+        fmt::format("endpoint {}: accepted is tcp://ADDRESS:PORT with the address to "
+                    "listen on, for one machine 127.0.0.1",
+                    endpoint));
 }
 
 }  // namespace
@@ -73,8 +76,8 @@ SocketPlace::SocketPlace(const std::string& wanted) : endpoint_(wanted) {
     return;
   }
   if (!wanted.empty() && !wanted.starts_with("ipc:///"))
-    throw LinkError(fmt::format("endpoint '{}': accepted are ipc:///PATH and tcp://ADDRESS:PORT",
-                                wanted));
+    throw LinkError(
+        fmt::format("endpoint '{}': accepted are ipc:///PATH and tcp://ADDRESS:PORT", wanted));
   if (wanted.empty()) {
     directory_ = make_private_directory();
     socket_ = directory_ / "coupler.sock";
@@ -85,8 +88,10 @@ SocketPlace::SocketPlace(const std::string& wanted) : endpoint_(wanted) {
   endpoint_ = "ipc://" + socket_.string();
   constexpr std::size_t longest_path = sizeof(sockaddr_un::sun_path) - 1;
   if (socket_.string().size() > longest_path)
-    throw LinkError(fmt::format("{}: a socket's path has at most {} bytes, this one {}; choose a "
-                                "shorter one", socket_.string(), longest_path, socket_.string().size()));
+    throw LinkError(
+        fmt::format("{}: a socket's path has at most {} bytes, this one {}; choose a "
+                    "shorter one",
+                    socket_.string(), longest_path, socket_.string().size()));
   lock_.emplace(socket_.string() + ".lock",
                 fmt::format("{}: another coupler listens there", socket_.string()));
   std::error_code ignored;

@@ -1,5 +1,7 @@
 #include "coupler/solver_start.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -7,14 +9,10 @@
 #include <cstdlib>
 #include <fstream>
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include "coupler/base/errors.hpp"
 #include "coupler/link/message.hpp"
 
 namespace ocublast::coupler {
-
 
 namespace {
 
@@ -22,7 +20,8 @@ std::filesystem::path key_directory(const RunOptions& options) {
   if (!options.keys.empty()) return options.keys;
   const char* from_environment = std::getenv("OCUBLAST_KEYS");
   return from_environment != nullptr && *from_environment != '\0'
-             ? std::filesystem::path(from_environment) : options.out / "keys";
+             ? std::filesystem::path(from_environment)
+             : options.out / "keys";
 }
 
 /// Where a solver on this machine connects: 0.0.0.0 is an address to listen on only.
@@ -46,10 +45,13 @@ std::string given_command(Party party, const Roster& roster, const RunOptions& o
     const std::string prefix = roster.name(party) + "=";
     const auto equals = given.find('=');
     const auto& names = roster.solids();
-    const bool for_one = roster.several() && equals != std::string::npos &&
-                         std::find(names.begin(), names.end(), given.substr(0, equals)) != names.end();
-    if (!for_one) command = given;
-    else if (given.starts_with(prefix)) return given.substr(prefix.size());
+    const bool for_one =
+        roster.several() && equals != std::string::npos &&
+        std::find(names.begin(), names.end(), given.substr(0, equals)) != names.end();
+    if (!for_one)
+      command = given;
+    else if (given.starts_with(prefix))
+      return given.substr(prefix.size());
   }
   return command;
 }
@@ -66,18 +68,21 @@ std::vector<std::string> with_ranks(std::vector<std::string> command, int ranks)
 /// Programs that start others, in process groups of their own, and may leave them behind.
 bool is_launcher(const std::string& program) {
   const auto name = std::filesystem::path(program).filename().string();
-  return name == "mpirun" || name == "mpiexec" || name == "orterun" || name == "prterun" || name == "srun";
+  return name == "mpirun" || name == "mpiexec" || name == "orterun" || name == "prterun" ||
+         name == "srun";
 }
 
 }  // namespace
 
-std::vector<std::string> solver_command(Party party, const Roster& roster, const RunOptions& options) {
+std::vector<std::string> solver_command(Party party, const Roster& roster,
+                                        const RunOptions& options) {
   const bool flow = party == Party::flow;
   const std::string given = given_command(party, roster, options);
   std::vector<std::string> command =
       given.empty() ? std::vector{beside_ourselves(flow ? "flow_solver" : "solid_solver").string()}
                     : split_command(given);
-  if (command.empty()) throw CaseError(fmt::format("--{}: no command given", flow ? "flow" : "solid"));
+  if (command.empty())
+    throw CaseError(fmt::format("--{}: no command given", flow ? "flow" : "solid"));
   command.push_back(options.source.case_file.string());
   const std::string name = roster.name(party);
   if (!name.empty()) command.insert(command.end(), {"--name", name});
@@ -91,7 +96,8 @@ std::vector<std::string> solver_command(Party party, const Roster& roster, const
   return with_ranks(std::move(command), flow ? options.ranks_flow : options.ranks_solid);
 }
 
-SolverStart::SolverStart(const RunOptions& options, const Roster& roster, bool encrypted, std::uint64_t case_hash)
+SolverStart::SolverStart(const RunOptions& options, const Roster& roster, bool encrypted,
+                         std::uint64_t case_hash)
     : options_(options), roster_(roster), case_hash_(case_hash), token_(link::make_token()) {
   // Solvers that somebody else starts over ipc may share a token chosen by that somebody.
   const char* shared = std::getenv("OCUBLAST_TOKEN");
@@ -108,7 +114,8 @@ SolverStart::SolverStart(const RunOptions& options, const Roster& roster, bool e
   coupler_keys_ = link::make_keys(keys_, token_, files);
 }
 
-Child::Start SolverStart::child(Party party, const std::string& endpoint, double silence_limit) const {
+Child::Start SolverStart::child(Party party, const std::string& endpoint,
+                                double silence_limit) const {
   Child::Start start;
   start.party = party;
   start.word = roster_.word(party);
@@ -127,9 +134,10 @@ Child::Start SolverStart::child(Party party, const std::string& endpoint, double
   }
   const int ranks = party == Party::flow ? options_.ranks_flow : options_.ranks_solid;
   if (ranks > 1)
-    // Open MPI refuses root and more ranks than cores unless told; ranks that wait give their core away.
-    for (const char* key : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "OMPI_MCA_rmaps_base_oversubscribe",
-                            "OMPI_MCA_mpi_yield_when_idle"})
+    // Open MPI refuses root and more ranks than cores unless told; ranks that wait give their core
+    // away.
+    for (const char* key : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM",
+                            "OMPI_MCA_rmaps_base_oversubscribe", "OMPI_MCA_mpi_yield_when_idle"})
       if (std::getenv(key) == nullptr) start.environment.emplace_back(key, "1");
   // Both solvers have all cores but compute in turn: threads that spin on after a parallel region
   // would take the other side's time. About 50 us of spinning is kept for the regions themselves.
@@ -149,12 +157,14 @@ void SolverStart::announce(const std::vector<Party>& awaited, const std::string&
   std::ofstream out(aside, std::ios::trunc);
   ::umask(before);
   out << "export OCUBLAST_ENDPOINT=" << endpoint << '\n'
-      << (keys_.empty() ? "export OCUBLAST_TOKEN=" + token_ : "export OCUBLAST_KEYS=" + keys_.string())
+      << (keys_.empty() ? "export OCUBLAST_TOKEN=" + token_
+                        : "export OCUBLAST_KEYS=" + keys_.string())
       << '\n'
       << fmt::format("export OCUBLAST_CASE_HASH={:016x}\n", case_hash_)
       << "export OCUBLAST_SILENCE_LIMIT_S=" << silence_limit << '\n';
   if (roster_.several())
-    out << fmt::format("# and for each solid its own OCUBLAST_NAME: {}\n", fmt::join(roster_.solids(), ", "));
+    out << fmt::format("# and for each solid its own OCUBLAST_NAME: {}\n",
+                       fmt::join(roster_.solids(), ", "));
   out.close();
   if (!out) throw LinkError(fmt::format("{}: cannot be written", file.string()));
   std::filesystem::rename(aside, file);

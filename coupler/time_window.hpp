@@ -24,7 +24,7 @@ struct WindowChoice {
   double fixed_width = 0.0;  ///< s
   int max_flow_steps = 1;
   int max_solid_steps = 10;
-  double end_time = 0.0;     ///< s
+  double end_time = 0.0;  ///< s
 };
 
 /// The window after window `finished`, which ended at `t` [s], from both stable steps [s]. The time

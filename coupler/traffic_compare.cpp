@@ -1,11 +1,11 @@
 #include "coupler/traffic_compare.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
-
-#include <fmt/format.h>
 
 #include "coupler/link/payload.hpp"
 
@@ -44,27 +44,28 @@ std::optional<std::string> differ(const Header& h, const char* name, double expe
 
 std::optional<std::string> differ_in_counts(const Header& a, const Header& b) {
   if (a.kind != b.kind)
-    return fmt::format("window {}: recorded {}, found {}", a.window, to_word(a.kind), to_word(b.kind));
-  const std::array<std::pair<const char*, std::pair<std::uint64_t, std::uint64_t>>, 9> counts{{
-      {"window", {a.window, b.window}},
-      {"fields", {a.fields, b.fields}},
-      {"number of vertices", {a.n_vertices, b.n_vertices}},
-      {"number of triangles", {a.n_triangles, b.n_triangles}},
-      {"mesh hash", {a.mesh_hash, b.mesh_hash}},
-      {"steps", {a.steps, b.steps}},
-      {"iteration", {a.iteration, b.iteration}},
-      {"idle", {a.idle ? 1U : 0U, b.idle ? 1U : 0U}},
-      {"payload bytes", {a.payload_bytes, b.payload_bytes}}}};
+    return fmt::format("window {}: recorded {}, found {}", a.window, to_word(a.kind),
+                       to_word(b.kind));
+  const std::array<std::pair<const char*, std::pair<std::uint64_t, std::uint64_t>>, 9> counts{
+      {{"window", {a.window, b.window}},
+       {"fields", {a.fields, b.fields}},
+       {"number of vertices", {a.n_vertices, b.n_vertices}},
+       {"number of triangles", {a.n_triangles, b.n_triangles}},
+       {"mesh hash", {a.mesh_hash, b.mesh_hash}},
+       {"steps", {a.steps, b.steps}},
+       {"iteration", {a.iteration, b.iteration}},
+       {"idle", {a.idle ? 1U : 0U, b.idle ? 1U : 0U}},
+       {"payload bytes", {a.payload_bytes, b.payload_bytes}}}};
   for (const auto& [name, values] : counts)
     if (values.first != values.second)
-      return fmt::format("window {}: {} of {}: recorded {}, found {}", a.window, name, to_word(a.kind),
-                         values.first, values.second);
+      return fmt::format("window {}: {} of {}: recorded {}, found {}", a.window, name,
+                         to_word(a.kind), values.first, values.second);
   return {};
 }
 
-std::optional<std::string> differ_in_field(const Header& h, const char* name, std::size_t components,
-                                           std::span<const double> a, std::span<const double> b,
-                                           double tolerance) {
+std::optional<std::string> differ_in_field(const Header& h, const char* name,
+                                           std::size_t components, std::span<const double> a,
+                                           std::span<const double> b, double tolerance) {
   double scale = 0.0;
   for (const double v : a) scale = std::max(scale, std::abs(v));
   for (std::size_t i = 0; i < a.size(); ++i)
@@ -82,7 +83,8 @@ std::optional<std::string> first_difference(const Header& a, std::span<const std
                                             double tolerance) {
   if (auto d = differ_in_counts(a, b)) return d;
   if ((a.fields & link::field::mesh) != 0) {
-    if (std::equal(a_payload.begin(), a_payload.end(), b_payload.begin(), b_payload.end())) return {};
+    if (std::equal(a_payload.begin(), a_payload.end(), b_payload.begin(), b_payload.end()))
+      return {};
     return std::string("the interface meshes differ");
   }
   const auto va = link::view_payload(a, a_payload);
@@ -96,17 +98,17 @@ std::optional<std::string> first_difference(const Header& a, std::span<const std
   if (auto d = in_field("velocity", 3, va.velocity, vb.velocity)) return d;
   if (auto d = in_field("acceleration", 3, va.acceleration, vb.acceleration)) return d;
   if (auto d = in_field("overpressure", 1, va.overpressure, vb.overpressure)) return d;
-  const std::array<std::pair<const char*, std::pair<double, double>>, 10> numbers{{
-      {"t_begin", {a.t_begin, b.t_begin}},
-      {"t_end", {a.t_end, b.t_end}},
-      {"stable step", {a.stable_step, b.stable_step}},
-      {"work", {a.work, b.work}},
-      {"impulse.x", {a.impulse[0], b.impulse[0]}},
-      {"impulse.y", {a.impulse[1], b.impulse[1]}},
-      {"impulse.z", {a.impulse[2], b.impulse[2]}},
-      {"impedance", {a.impedance, b.impedance}},
-      {"mass per area", {a.mass_per_area, b.mass_per_area}},
-      {"time", {a.time, b.time}}}};
+  const std::array<std::pair<const char*, std::pair<double, double>>, 10> numbers{
+      {{"t_begin", {a.t_begin, b.t_begin}},
+       {"t_end", {a.t_end, b.t_end}},
+       {"stable step", {a.stable_step, b.stable_step}},
+       {"work", {a.work, b.work}},
+       {"impulse.x", {a.impulse[0], b.impulse[0]}},
+       {"impulse.y", {a.impulse[1], b.impulse[1]}},
+       {"impulse.z", {a.impulse[2], b.impulse[2]}},
+       {"impedance", {a.impedance, b.impedance}},
+       {"mass per area", {a.mass_per_area, b.mass_per_area}},
+       {"time", {a.time, b.time}}}};
   for (const auto& [name, values] : numbers)
     if (auto d = differ(a, name, values.first, values.second, tolerance)) return d;
   return {};

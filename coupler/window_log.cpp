@@ -1,12 +1,12 @@
 #include "coupler/window_log.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "coupler/base/errors.hpp"
 
@@ -49,15 +49,18 @@ WindowLog::~WindowLog() {
 
 void WindowLog::add(const WindowRow& row) {
   // The shortest digits that read back as the same double: two runs can be compared exactly.
-  const auto line = fmt::format(
-      "{},{},{},{},{},{},{},{},{},{},{},{},{},{:.4g},{},{:.4g},{:.1f}\n", row.window.t_end, row.window.number,
-      row.window.steps_flow, row.steps_solid, row.work_flow, row.work_solid, row.impulse_flow[0],
-      row.impulse_flow[1], row.impulse_flow[2], row.impulse_solid[0], row.impulse_solid[1],
-      row.impulse_solid[2], row.energy_error, row.theta, row.iterations, row.residual, 1e6 * row.overhead);
+  const auto line = fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{:.4g},{},{:.4g},{:.1f}\n",
+                                row.window.t_end, row.window.number, row.window.steps_flow,
+                                row.steps_solid, row.work_flow, row.work_solid, row.impulse_flow[0],
+                                row.impulse_flow[1], row.impulse_flow[2], row.impulse_solid[0],
+                                row.impulse_solid[1], row.impulse_solid[2], row.energy_error,
+                                row.theta, row.iterations, row.residual, 1e6 * row.overhead);
   std::fputs(line.c_str(), out_);
 }
 
-void WindowLog::flush() { std::fflush(out_); }
+void WindowLog::flush() {
+  std::fflush(out_);
+}
 
 void WindowLog::close() {
   if (out_ == nullptr) return;
@@ -65,13 +68,15 @@ void WindowLog::close() {
   const bool failed = std::fclose(out_) != 0;
   out_ = nullptr;
   if (bad || failed)
-    throw LinkError(fmt::format("{}: could not be written to the end; is the disk full?", file_.string()));
+    throw LinkError(
+        fmt::format("{}: could not be written to the end; is the disk full?", file_.string()));
 }
 
 namespace {
 
 constexpr const char* interface_columns =
-    "time_s,window,work_flow_J,work_solid_J,impulse_flow_x_N_s,impulse_flow_y_N_s,impulse_flow_z_N_s,"
+    "time_s,window,work_flow_J,work_solid_J,impulse_flow_x_N_s,impulse_flow_y_N_s,impulse_flow_z_N_"
+    "s,"
     "impulse_solid_x_N_s,impulse_solid_y_N_s,impulse_solid_z_N_s,energy_error_J\n";
 
 /// Sums of the rows that an earlier run has written.
@@ -81,16 +86,19 @@ Balance sums_of(const std::string& rows) {
   for (std::string line; std::getline(lines, line);) {
     std::vector<double> values;
     std::istringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) values.push_back(std::strtod(cell.c_str(), nullptr));
+    for (std::string cell; std::getline(cells, cell, ',');)
+      values.push_back(std::strtod(cell.c_str(), nullptr));
     if (values.size() < 11) continue;
-    sums.add(values[2], values[3], {values[4], values[5], values[6]}, {values[7], values[8], values[9]});
+    sums.add(values[2], values[3], {values[4], values[5], values[6]},
+             {values[7], values[8], values[9]});
   }
   return sums;
 }
 
 }  // namespace
 
-InterfaceLog::InterfaceLog(const std::filesystem::path& directory, std::string name, std::uint64_t last_window)
+InterfaceLog::InterfaceLog(const std::filesystem::path& directory, std::string name,
+                           std::uint64_t last_window)
     : name_(std::move(name)), file_(directory / fmt::format("coupling_{}.csv", name_)) {
   const std::string kept = last_window > 0 ? rows_up_to(file_, last_window) : std::string();
   balance_ = sums_of(kept);
@@ -99,23 +107,30 @@ InterfaceLog::InterfaceLog(const std::filesystem::path& directory, std::string n
   out_ << interface_columns << kept;
 }
 
-void InterfaceLog::add(const TimeWindow& window, std::span<const double> flow, const link::Header& solid) {
-  const std::array<double, 3> impulse = flow.empty() ? solid.impulse : std::array{flow[1], flow[2], flow[3]};
+void InterfaceLog::add(const TimeWindow& window, std::span<const double> flow,
+                       const link::Header& solid) {
+  const std::array<double, 3> impulse =
+      flow.empty() ? solid.impulse : std::array{flow[1], flow[2], flow[3]};
   const double work = flow.empty() ? solid.work : flow[0];
   balance_.add(work, solid.work, impulse, solid.impulse);
-  const auto given = flow.empty() ? std::string(",,") : fmt::format("{},{},{}", impulse[0], impulse[1], impulse[2]);
+  const auto given = flow.empty() ? std::string(",,")
+                                  : fmt::format("{},{},{}", impulse[0], impulse[1], impulse[2]);
   out_ << fmt::format("{},{},{},{},{},{},{},{},{}\n", window.t_end, window.number,
-                      flow.empty() ? std::string() : fmt::format("{}", work), solid.work,
-                      given, solid.impulse[0], solid.impulse[1], solid.impulse[2],
+                      flow.empty() ? std::string() : fmt::format("{}", work), solid.work, given,
+                      solid.impulse[0], solid.impulse[1], solid.impulse[2],
                       balance_.energy_error());
 }
 
-void InterfaceLog::flush() { out_.flush(); }
+void InterfaceLog::flush() {
+  out_.flush();
+}
 
 void InterfaceLog::close() {
   if (!out_.is_open()) return;
   out_.close();
-  if (!out_) throw LinkError(fmt::format("{}: could not be written to the end; is the disk full?", file_.string()));
+  if (!out_)
+    throw LinkError(
+        fmt::format("{}: could not be written to the end; is the disk full?", file_.string()));
 }
 
 double WallTime::median_overhead() const {
@@ -136,11 +151,14 @@ void add_balance(nlohmann::json& quantities, const std::string& prefix, const Ba
   quantities.push_back(quantity(prefix + "interface_work_flow", b.work_flow, "J"));
   quantities.push_back(quantity(prefix + "interface_work_solid", b.work_solid, "J"));
   quantities.push_back(quantity(prefix + "interface_energy_error", b.energy_error(), "J"));
-  quantities.push_back(quantity(prefix + "interface_energy_error_relative", b.relative_energy_error(), "1"));
+  quantities.push_back(
+      quantity(prefix + "interface_energy_error_relative", b.relative_energy_error(), "1"));
   const char* axes[3] = {"x", "y", "z"};
   for (std::size_t k = 0; k < 3; ++k) {
-    quantities.push_back(quantity(fmt::format("{}interface_impulse_flow_{}", prefix, axes[k]), b.impulse_flow[k], "N s"));
-    quantities.push_back(quantity(fmt::format("{}interface_impulse_solid_{}", prefix, axes[k]), b.impulse_solid[k], "N s"));
+    quantities.push_back(quantity(fmt::format("{}interface_impulse_flow_{}", prefix, axes[k]),
+                                  b.impulse_flow[k], "N s"));
+    quantities.push_back(quantity(fmt::format("{}interface_impulse_solid_{}", prefix, axes[k]),
+                                  b.impulse_solid[k], "N s"));
   }
 }
 
@@ -155,7 +173,8 @@ void write_summary(const std::filesystem::path& file, const CouplingSummary& s) 
   nlohmann::json quantities = nlohmann::json::array();
   add_balance(quantities, "", s.balance);
   InterfaceArea total;
-  for (const InterfaceArea& area : s.areas) total = {total.flow + area.flow, total.solid + area.solid};
+  for (const InterfaceArea& area : s.areas)
+    total = {total.flow + area.flow, total.solid + area.solid};
   add_area(quantities, "", total);
   for (std::size_t k = 0; k < s.interfaces.size(); ++k) {
     const auto& [name, balance] = s.interfaces[k];
@@ -163,15 +182,17 @@ void write_summary(const std::filesystem::path& file, const CouplingSummary& s) 
     add_area(quantities, name + "_", s.areas[k]);
   }
   quantities.push_back(quantity("coupling_theta_max", s.theta_max, "1"));
-  const nlohmann::json summary{
-      {"time_s", s.time},
-      {"quantities", quantities},
-      {"performance",
-       {{"windows", s.windows},
-        {"microseconds_per_window", 1e6 * s.wall.median_overhead()},
-        {"wall_s",
-         {{"total", s.wall.total}, {"set_up", s.wall.set_up}, {"flow", s.wall.flow},
-          {"solid", s.wall.solid}, {"coupling", s.wall.coupling}}}}}};
+  const nlohmann::json summary{{"time_s", s.time},
+                               {"quantities", quantities},
+                               {"performance",
+                                {{"windows", s.windows},
+                                 {"microseconds_per_window", 1e6 * s.wall.median_overhead()},
+                                 {"wall_s",
+                                  {{"total", s.wall.total},
+                                   {"set_up", s.wall.set_up},
+                                   {"flow", s.wall.flow},
+                                   {"solid", s.wall.solid},
+                                   {"coupling", s.wall.coupling}}}}}};
   auto aside = file;
   aside += ".part";
   std::ofstream out(aside, std::ios::trunc);

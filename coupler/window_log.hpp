@@ -20,13 +20,13 @@ namespace ocublast::coupler {
 struct WindowRow {
   TimeWindow window;
   std::uint32_t steps_solid = 0;
-  double work_flow = 0.0, work_solid = 0.0;                        ///< J
-  std::array<double, 3> impulse_flow{}, impulse_solid{};           ///< N s
-  double energy_error = 0.0;                                       ///< J, summed so far
+  double work_flow = 0.0, work_solid = 0.0;               ///< J
+  std::array<double, 3> impulse_flow{}, impulse_solid{};  ///< N s
+  double energy_error = 0.0;                              ///< J, summed so far
   double theta = 0.0;
   int iterations = 1;
-  double residual = 0.0;                                           ///< of the motion, relative (implicit)
-  double overhead = 0.0;                                           ///< s
+  double residual = 0.0;  ///< of the motion, relative (implicit)
+  double overhead = 0.0;  ///< s
 };
 
 /// DIR/coupling.csv: the interface balance of every window, with units in the header.
@@ -52,9 +52,9 @@ struct WallTime {
   double set_up = 0.0;
   double flow = 0.0;
   double solid = 0.0;
-  double coupling = 0.0;             ///< in windows, neither flow nor solid
+  double coupling = 0.0;  ///< in windows, neither flow nor solid
   double total = 0.0;
-  std::vector<float> overheads;      ///< per window
+  std::vector<float> overheads;  ///< per window
   [[nodiscard]] double median_overhead() const;
 };
 

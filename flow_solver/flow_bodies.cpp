@@ -40,12 +40,14 @@ SegmentBatch Flow::Core::batch_of(int axis, std::span<const Segment> group) cons
   return batch;
 }
 
-void Flow::Core::add_aligned_batches(int axis, std::vector<Segment>& group, SegmentBatches& out) const {
+void Flow::Core::add_aligned_batches(int axis, std::vector<Segment>& group,
+                                     SegmentBatches& out) const {
   const auto a = static_cast<std::size_t>(axis);
   const auto ghosted = [&](const Segment& s) {
     const auto open = [&](std::size_t face, bool inner) {
       const BoundaryKind kind = boundaries[face].kind;
-      return inner || (!is_mirrored(kind) && kind != BoundaryKind::periodic && kind != BoundaryKind::neighbour);
+      return inner || (!is_mirrored(kind) && kind != BoundaryKind::periodic &&
+                       kind != BoundaryKind::neighbour);
     };
     return (s.wall_low >= 0 || open(2 * a, lo[a] > 0)) &&
            (s.wall_high >= 0 || open(2 * a + 1, hi[a] < grid.axis[a].n));
@@ -63,9 +65,10 @@ void Flow::Core::add_aligned_batches(int axis, std::vector<Segment>& group, Segm
   };
   for (auto s = group.begin(); s != rest; ++s) {
     // Lanes that do not overlap would solve the gap between them.
-    const bool joins = !lanes.empty() && lanes.front().b / tile_width == s->b / tile_width &&
-                       s->begin < lanes.front().end &&
-                       std::none_of(lanes.begin(), lanes.end(), [&](const Segment& l) { return l.b == s->b; });
+    const bool joins =
+        !lanes.empty() && lanes.front().b / tile_width == s->b / tile_width &&
+        s->begin < lanes.front().end &&
+        std::none_of(lanes.begin(), lanes.end(), [&](const Segment& l) { return l.b == s->b; });
     if (!joins) close();
     lanes.push_back(*s);
   }
@@ -76,7 +79,8 @@ void Flow::Core::add_aligned_batches(int axis, std::vector<Segment>& group, Segm
 bool Flow::Core::cut_to_block(int axis, Segment& s) const {
   if (!ranks) return true;
   const auto& begin = ranks->part.begin;
-  const std::size_t a = static_cast<std::size_t>(axis), b_of = axis == 0 ? 1 : 0, c_of = axis == 2 ? 1 : 2;
+  const std::size_t a = static_cast<std::size_t>(axis), b_of = axis == 0 ? 1 : 0,
+                    c_of = axis == 2 ? 1 : 2;
   s.b -= begin[b_of];
   s.c -= begin[c_of];
   s.begin -= begin[a];
@@ -108,9 +112,10 @@ void Flow::Core::set_segments(int axis) {
   const int whole_b = ranks ? ranks->part.whole.axis[static_cast<std::size_t>(b_axis)].n : n_b;
   for (int c = 0; c < n_c; ++c) {
     for (int b = 0; b < n_b; ++b) {
-      const std::size_t line = static_cast<std::size_t>(c + first[static_cast<std::size_t>(c_axis)]) *
-                                   static_cast<std::size_t>(whole_b) +
-                               static_cast<std::size_t>(b + first[static_cast<std::size_t>(b_axis)]);
+      const std::size_t line =
+          static_cast<std::size_t>(c + first[static_cast<std::size_t>(c_axis)]) *
+              static_cast<std::size_t>(whole_b) +
+          static_cast<std::size_t>(b + first[static_cast<std::size_t>(b_axis)]);
       if (lines.cut[line] == 0) continue;
       LaneBits& group = group_of(b, c);
       group = static_cast<LaneBits>(group | 1U << (b % tile_width));
@@ -133,7 +138,8 @@ void Flow::Core::set_segments(int axis) {
   const int first_c = first[c_of];
   while (next < pieces.size() && pieces[next].c < first_c) ++next;
   for (int c = 0; c < n_c; ++c) {
-    if (c >= lo[c_of] && c < hi[c_of]) out.begin[static_cast<std::size_t>(c - lo[c_of])] = out.batch.size();
+    if (c >= lo[c_of] && c < hi[c_of])
+      out.begin[static_cast<std::size_t>(c - lo[c_of])] = out.batch.size();
     group.clear();
     for (; next < pieces.size() && pieces[next].c == c + first_c; ++next) {
       Segment s = pieces[next];
@@ -167,7 +173,8 @@ void Flow::Core::set_segments(int axis) {
     });
     for (std::size_t s = 0; s < group.size();) {
       std::size_t end = s + 1;
-      while (end < group.size() && end - s < tile_width && kind_of(group[end]) == kind_of(group[s])) ++end;
+      while (end < group.size() && end - s < tile_width && kind_of(group[end]) == kind_of(group[s]))
+        ++end;
       out.batch.push_back(batch_of(axis, std::span(group).subspan(s, end - s)));
       s = end;
     }
@@ -199,7 +206,8 @@ double Flow::Core::wall_dilatation(const WallNode& node, int k) const {
   const std::ptrdiff_t stride = node.axis == 0 ? 1 : (node.axis == 1 ? w.sj : w.sk);
   const int along = node.axis == 0 ? node.i : (node.axis == 1 ? node.j : k);
   const Real* beyond = w.data + node.i + node.j * w.sj + k * w.sk + node.side * stride;
-  const double ghost = ctx.wall_ghost[node.axis][node.wall * n_ghost * n_primitive + prim_u + node.axis];
+  const double ghost =
+      ctx.wall_ghost[node.axis][node.wall * n_ghost * n_primitive + prim_u + node.axis];
   return node.side * 0.5 * ctx.line[node.axis].inverse_jacobian[along] *
          (ghost - beyond[(prim_u + node.axis) * w.sf]);
 }
@@ -207,7 +215,8 @@ double Flow::Core::wall_dilatation(const WallNode& node, int k) const {
 void Flow::Core::correct_dilatation(int k) {
   if (!bodies) return;
   for (const WallNode& node : wall_nodes[static_cast<std::size_t>(k)]) {
-    ctx.R.data[node.i + node.j * ctx.R.sj + k * ctx.R.sk] += static_cast<Real>(wall_dilatation(node, k));
+    ctx.R.data[node.i + node.j * ctx.R.sj + k * ctx.R.sk] +=
+        static_cast<Real>(wall_dilatation(node, k));
   }
 }
 
@@ -221,7 +230,8 @@ void Flow::Core::correct_bulk(int k, int j_begin, int j_end) {
     if (line.periodic || !ctx.present[axis]) return;
     for (int g = 0; g < n_ghost; ++g) {
       if (along == (line.low == LaneEnd::domain_ghost ? 0 : g)) at[(-1 - g - along) * stride] = *at;
-      if (along == n - 1 - (line.high == LaneEnd::domain_ghost ? 0 : g)) at[(n + g - along) * stride] = *at;
+      if (along == n - 1 - (line.high == LaneEnd::domain_ghost ? 0 : g))
+        at[(n + g - along) * stride] = *at;
     }
   };
   const auto& nodes = wall_nodes[static_cast<std::size_t>(k)];
@@ -254,7 +264,8 @@ void Flow::Core::take_topology(bool convert) {
           bits = static_cast<LaneBits>(all_lanes);
         } else {
           for (int l = 0; l < count; ++l) {
-            if (tags[node + static_cast<std::size_t>(l)] == tag_fluid) bits = static_cast<LaneBits>(bits | (1 << l));
+            if (tags[node + static_cast<std::size_t>(l)] == tag_fluid)
+              bits = static_cast<LaneBits>(bits | (1 << l));
           }
         }
         node += static_cast<std::size_t>(count);
@@ -268,7 +279,8 @@ void Flow::Core::take_topology(bool convert) {
           const int i = t * tile_width + l;
           const Real* w = ctx.W.data + i + j * ctx.W.sj + k * ctx.W.sk;
           const double rho = w[0], T = w[4 * ctx.W.sf];
-          store_state(i, j, k, {rho, w[ctx.W.sf], w[2 * ctx.W.sf], w[3 * ctx.W.sf], pressure(gas, rho, T)});
+          store_state(i, j, k,
+                      {rho, w[ctx.W.sf], w[2 * ctx.W.sf], w[3 * ctx.W.sf], pressure(gas, rho, T)});
         }
       }
     }
@@ -287,7 +299,8 @@ void Flow::Core::take_topology(bool convert) {
     add_wall_nodes(axis);
   }
   for (auto& nodes : wall_nodes)
-    std::stable_sort(nodes.begin(), nodes.end(), [](const WallNode& a, const WallNode& b) { return a.j < b.j; });
+    std::stable_sort(nodes.begin(), nodes.end(),
+                     [](const WallNode& a, const WallNode& b) { return a.j < b.j; });
 }
 
 void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
@@ -300,7 +313,8 @@ void Flow::immerse(std::unique_ptr<BodiesInFlow> bodies) {
   c.set_masks_without_bodies();
   if (!c.bodies) return;
   if (c.ranks) c.require_bodies_on_ranks();
-  if (c.radial.power > 0) throw CaseError("flow.body: bodies need flow.grid.geometry = \"cartesian\"");
+  if (c.radial.power > 0)
+    throw CaseError("flow.body: bodies need flow.grid.geometry = \"cartesian\"");
   if (c.ctx.nodal_stress) {
     // Cut lines form their stress from velocity gradients.
     c.G = FieldMemory(c.grid, n_stresses + n_gradients, true);

@@ -1,5 +1,6 @@
 // The active box: kernels run on a context whose pointers start at the box's corner and whose lines
-// end at its faces, with the real nodes beyond as ghosts. Gas outside is at rest and stays as it is.
+// end at its faces, with the real nodes beyond as ghosts. Gas outside is at rest and stays as it
+// is.
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +13,8 @@ namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 /// Nodes around the start's disturbance: the filter spreads a jump over the whole line in the first
-/// step, falling by 0.70 per node at alpha 0.47 (root of a z^2 + z + a); to a tenth of the tolerance.
+/// step, falling by 0.70 per node at alpha 0.47 (root of a z^2 + z + a); to a tenth of the
+/// tolerance.
 int start_margin(double tolerance) {
   return static_cast<int>(std::ceil(std::log(0.1 * std::min(tolerance, 0.1)) / std::log(0.70)));
 }
@@ -28,7 +30,9 @@ const Real* stored_values(const std::vector<T>& values, std::vector<Real>& copy)
   }
 }
 
-int down_to_tile(int i) { return i / tile_width * tile_width; }
+int down_to_tile(int i) {
+  return i / tile_width * tile_width;
+}
 
 }  // namespace
 
@@ -47,7 +51,8 @@ void Flow::Core::set_box(const std::array<int, 3>& new_lo, const std::array<int,
     LineTable plain = make_line_table(hi[a] - lo[a], end(2 * a, lo[a] > 0),
                                       end(2 * a + 1, hi[a] < grid.axis[a].n), scheme);
     if (radial.power > 0 && a == 0) {
-      box_radial_table = stored(make_radial_table(plain, radial.power, lo[0] == 0 && grid.axis[0].min == 0.0));
+      box_radial_table =
+          stored(make_radial_table(plain, radial.power, lo[0] == 0 && grid.axis[0].min == 0.0));
     }
     box_table[a] = stored(std::move(plain));
   }
@@ -105,12 +110,13 @@ void Flow::Core::refresh_box() {
     if (lo[a] > 0) box.from_mirror[a] = box.from_ghost[a];
   }
   if (radial.power > 0) {
-    for (const Real** p : {&box.radial.node_weight, &box.radial.inverse_volume, &box.radial.face_area,
-                             &box.radial.power_over_r}) {
+    for (const Real** p : {&box.radial.node_weight, &box.radial.inverse_volume,
+                           &box.radial.face_area, &box.radial.power_over_r}) {
       *p += lo[0];
     }
     if (lo[0] > 0) box.radial.from_axis = false;
-    if (box.n[0] != grid.axis[0].n) box.radial.flux = box_radial_table.flux.data() + table_offset * flux_row_size;
+    if (box.n[0] != grid.axis[0].n)
+      box.radial.flux = box_radial_table.flux.data() + table_offset * flux_row_size;
   }
   box.tiles = (box.n[0] + tile_width - 1) / tile_width;
   box.row_groups = (box.n[1] + tile_width - 1) / tile_width;
@@ -124,11 +130,14 @@ bool Flow::Core::face_disturbs(std::size_t face) const {
     case BoundaryKind::outflow:
     case BoundaryKind::fixed_state:
     case BoundaryKind::subsonic_inflow:
-    case BoundaryKind::reservoir: return b.incoming != nullptr || !quiet;
-    case BoundaryKind::wall: return b.wall.temperature > 0.0 || b.wall.velocity != std::array<double, 3>{};
+    case BoundaryKind::reservoir:
+      return b.incoming != nullptr || !quiet;
+    case BoundaryKind::wall:
+      return b.wall.temperature > 0.0 || b.wall.velocity != std::array<double, 3>{};
     case BoundaryKind::symmetry:
     case BoundaryKind::periodic:
-    case BoundaryKind::neighbour: break;
+    case BoundaryKind::neighbour:
+      break;
   }
   return false;
 }
@@ -137,7 +146,8 @@ bool Flow::Core::disturbed(int i, int j, int k) const {
   const State& q = options.quiescent;
   const Real* w = ctx.W.data + i + j * ctx.W.sj + k * ctx.W.sk;
   const Gas& gas = options.gas;
-  const double T = q.p / (q.rho * gas.gas_constant), c = sound_speed(gas, T), tol = options.active_tolerance;
+  const double T = q.p / (q.rho * gas.gas_constant), c = sound_speed(gas, T),
+               tol = options.active_tolerance;
   const double u = w[ctx.W.sf] - q.u, v = w[2 * ctx.W.sf] - q.v, ww = w[3 * ctx.W.sf] - q.w;
   return !(std::abs(w[0] - q.rho) <= tol * q.rho && std::abs(w[4 * ctx.W.sf] - T) <= tol * T &&
            u * u + v * v + ww * ww <= tol * tol * c * c);
@@ -153,8 +163,10 @@ void Flow::Core::find_box() {
   for (int k = 0; k < n[2]; ++k) {
     for (int j = 0; j < n[1]; ++j) {
       for (int i = 0; i < n[0]; ++i) {
-        const bool gas_here = ((fluid[static_cast<std::size_t>((k * n[1] + j) * ctx.mask_tiles + i / tile_width)] >>
-                                (i % tile_width)) & 1) != 0;
+        const bool gas_here =
+            ((fluid[static_cast<std::size_t>((k * n[1] + j) * ctx.mask_tiles + i / tile_width)] >>
+              (i % tile_width)) &
+             1) != 0;
         if (!gas_here || !disturbed(i, j, k)) continue;
         const int x[3] = {i, j, k};
         for (std::size_t a = 0; a < 3; ++a) {
@@ -164,10 +176,11 @@ void Flow::Core::find_box() {
       }
     }
   }
-  // Without any disturbance, and without bodies or faces that could start one, the smallest box that the
-  // lines allow.
+  // Without any disturbance, and without bodies or faces that could start one, the smallest box
+  // that the lines allow.
   bool quiet = last[0] < 0 && !bodies;
-  for (std::size_t face = 0; face < 6; ++face) quiet = quiet && !(grid.axis[face / 2].present && face_disturbs(face));
+  for (std::size_t face = 0; face < 6; ++face)
+    quiet = quiet && !(grid.axis[face / 2].present && face_disturbs(face));
   for (std::size_t a = 0; a < 3; ++a) {
     if (last[a] < 0) first[a] = last[a] = n[a] / 2;
     if (!grid.axis[a].present) continue;
@@ -186,7 +199,9 @@ void Flow::Core::find_box() {
   std::array<int, 3> a_lo{}, a_hi{};
   for (std::size_t a = 0; a < 3; ++a) {
     // One layer more than the test of grow_box looks at.
-    const int margin = quiet ? tile_width : std::max(start_margin(options.active_tolerance), options.active_margin) + 1;
+    const int margin =
+        quiet ? tile_width
+              : std::max(start_margin(options.active_tolerance), options.active_margin) + 1;
     a_lo[a] = down_to_tile(std::max(0, first[a] - margin));
     a_hi[a] = std::min(n[a], down_to_tile(last[a] + margin + tile_width));
     const bool periodic = boundaries[2 * a].kind == BoundaryKind::periodic;
@@ -206,7 +221,8 @@ bool Flow::Core::layer_disturbed(int axis, int at) const {
   for (int k = from[2]; k < to[2]; ++k) {
     for (int j = from[1]; j < to[1]; ++j) {
       for (int i = from[0]; i < to[0]; ++i) {
-        const LaneBits bits = fluid[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.mask_tiles + i / tile_width)];
+        const LaneBits bits =
+            fluid[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.mask_tiles + i / tile_width)];
         if (((bits >> (i % tile_width)) & 1) != 0 && disturbed(i, j, k)) return true;
       }
     }

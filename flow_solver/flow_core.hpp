@@ -27,12 +27,12 @@ inline constexpr double fresh_ratio = 100.0;
 /// How the lines that meet a face of this kind end.
 [[nodiscard]] LineEnd line_end(BoundaryKind kind);
 
-/// The fluid node at a wall end. Its neighbour beyond the wall is another side's gas or a body node;
-/// the dilatation there takes the wall end's ghost instead.
+/// The fluid node at a wall end. Its neighbour beyond the wall is another side's gas or a body
+/// node; the dilatation there takes the wall end's ghost instead.
 struct WallNode {
   int i = 0, j = 0;
   int axis = 0;
-  int side = 0;           ///< +1: the wall is above the node
+  int side = 0;  ///< +1: the wall is above the node
   std::ptrdiff_t wall = 0;
 };
 
@@ -43,17 +43,18 @@ struct SegmentBatches {
 };
 
 struct Flow::Core {
-  Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& options_in, const Ranks* all_ranks);
+  Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& options_in,
+       const Ranks* all_ranks);
 
   std::unique_ptr<RankFlow> ranks;  ///< null: this process has the whole grid
   Grid grid;                        ///< of this rank, as everything below
   Boundaries boundaries;
   FlowOptions options;
   const Kernels* kernels = nullptr;
-  const MusclKernels* muscl = nullptr;    ///< of the second scheme; null: compact
+  const MusclKernels* muscl = nullptr;  ///< of the second scheme; null: compact
   const RadialKernels* radial_kernels = nullptr;
-  Context ctx;  ///< the whole grid
-  Context box;  ///< the part that is computed: ctx with shifted pointers
+  Context ctx;                    ///< the whole grid
+  Context box;                    ///< the part that is computed: ctx with shifted pointers
   std::array<int, 3> lo{}, hi{};  ///< nodes [lo, hi) of the box
   std::array<StoredTable, 3> box_table;
   void set_box(const std::array<int, 3>& new_lo, const std::array<int, 3>& new_hi);
@@ -63,7 +64,8 @@ struct Flow::Core {
   /// Widens the box where a disturbance has come within the margin of its faces.
   void grow_box();
   [[nodiscard]] bool disturbed(int i, int j, int k) const;
-  /// Whether gas, heat or shear other than the quiescent state's comes through a face of the domain.
+  /// Whether gas, heat or shear other than the quiescent state's comes through a face of the
+  /// domain.
   [[nodiscard]] bool face_disturbs(std::size_t face) const;
   [[nodiscard]] bool layer_disturbed(int axis, int at) const;
   PassClock clock;
@@ -72,21 +74,23 @@ struct Flow::Core {
   std::array<StoredMetric, 3> metric;
   StoredRadialMetric radial;
   StoredTable radial_table, box_radial_table;
-  std::vector<FieldMemory> scratch;          ///< per thread
-  std::vector<FieldMemory> plane_scratch;    ///< per thread, the x part of a plane's divergence
+  std::vector<FieldMemory> scratch;        ///< per thread
+  std::vector<FieldMemory> plane_scratch;  ///< per thread, the x part of a plane's divergence
 
   std::vector<LaneBits> fluid;
   std::vector<std::uint8_t> mark, failed;
   std::array<std::vector<LaneBits>, 3> cut, line_marked;
-  std::array<std::vector<Real>, 3> wall_ghost, wall_motion;  ///< of the cut lines, where Real is not double
+  std::array<std::vector<Real>, 3> wall_ghost,
+      wall_motion;                      ///< of the cut lines, where Real is not double
   std::vector<std::uint8_t> kept_mark;  ///< marks at the start of the step
-  std::vector<Real> mark_copy;  ///< marks as numbers, for checkpoints
-  std::vector<Real> box_copy;   ///< lo and hi as numbers, for checkpoints
+  std::vector<Real> mark_copy;          ///< marks as numbers, for checkpoints
+  std::vector<Real> box_copy;           ///< lo and hi as numbers, for checkpoints
   std::vector<PlaneMaxima> maxima;
   std::unique_ptr<BodiesInFlow> bodies;
   std::array<SegmentBatches, 3> segments;
   std::vector<std::vector<WallNode>> wall_nodes;  ///< per plane k, by rows
-  /// Shape of `mark`: bit 2 axis + (0 below, 1 above) where a wall hides the neighbour on that side.
+  /// Shape of `mark`: bit 2 axis + (0 below, 1 above) where a wall hides the neighbour on that
+  /// side.
   std::vector<std::uint8_t> wall_sides;
   bool prepared = false;  ///< coefficients belong to the current state
   double convection = 0.0, fastest = 0.0, diffusion = 0.0;  ///< 1/s, see PlaneMaxima
@@ -98,12 +102,13 @@ struct Flow::Core {
   /// Masks, batches and conserved values of nodes that are or were in bodies.
   void take_topology(bool convert);
   void set_segments(int axis);
-  /// A segment of the whole grid as far as it lies in this rank's block, counted there; false: it does not.
+  /// A segment of the whole grid as far as it lies in this rank's block, counted there; false: it
+  /// does not.
   [[nodiscard]] bool cut_to_block(int axis, Segment& segment) const;
   /// A batch of up to a tile of segments.
   [[nodiscard]] SegmentBatch batch_of(int axis, std::span<const Segment> group) const;
-  /// Moves the segments of a line index c all of whose ends have ghosts from the group into batches of
-  /// neighbouring lines of a tile.
+  /// Moves the segments of a line index c all of whose ends have ghosts from the group into batches
+  /// of neighbouring lines of a tile.
   template <class Call>
   void for_batches_of_plane(const SegmentBatches& batches, const Call& call);
   void add_aligned_batches(int axis, std::vector<Segment>& group, SegmentBatches& out) const;
@@ -119,11 +124,12 @@ struct Flow::Core {
   void fill_padding();
   /// Domain ghosts of the primitives at the time `now`.
   void fill_ghosts();
-  /// They belong to the primitives as they are: nothing has changed these since. Without ranks only.
+  /// They belong to the primitives as they are: nothing has changed these since. Without ranks
+  /// only.
   bool ghosts_filled = false;
   [[nodiscard]] DomainGhosts domain_ghosts() const;
-  /// Whether the sweeps fill the x and y ghosts plane by plane, while the plane is in the cache: not
-  /// where something else needs them before.
+  /// Whether the sweeps fill the x and y ghosts plane by plane, while the plane is in the cache:
+  /// not where something else needs them before.
   [[nodiscard]] bool ghosts_with_planes() const {
     return !bodies && !ctx.nodal_stress && muscl == nullptr && box.n[2] > 1 && !ranks;
   }
@@ -152,7 +158,8 @@ struct Flow::Core {
   void share_marks();
   void mark_beyond_borders();
   bool bulk_is_ready = false;  ///< the sweeps need not form it
-  /// Calls body(scratch, plane k, rows j0, j1) for all rows of the box, in blocks of rows over all planes.
+  /// Calls body(scratch, plane k, rows j0, j1) for all rows of the box, in blocks of rows over all
+  /// planes.
   [[nodiscard]] int rows_per_block() const;
   template <class Body>
   void for_row_blocks(const Body& body);
@@ -180,8 +187,8 @@ struct Flow::Core {
   [[nodiscard]] bool run_stages_muscl(double t, double dt, bool repair, StepReport& report);
   void sweep_planes_muscl();
   void set_radial(const LineTable& plain);
-  /// Rate [1/s] of convection in the cells at r = 0, whose one face is (m + 1)/2 times larger against
-  /// their volume than that of a slab.
+  /// Rate [1/s] of convection in the cells at r = 0, whose one face is (m + 1)/2 times larger
+  /// against their volume than that of a slab.
   [[nodiscard]] double convection_at_axis() const;
   /// Step [s] at which both Courant numbers, on the sum over directions and along one, are kept.
   [[nodiscard]] double convective_step(double cfl, double cfl_direction) const;
@@ -189,13 +196,15 @@ struct Flow::Core {
   struct StageKernels {
     void (*sweep_x)(const Context&, Real* scratch, int k, int g0, int g1);
     void (*sweep_y)(const Context&, Real* scratch, int k, int t0, int t1);
-    void (*sweep_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&, const SegmentBatch* next);
+    void (*sweep_segments)(const Context&, Real* scratch, int axis, const SegmentBatch&,
+                           const SegmentBatch* next);
     long (*update_row)(const Context&, Real* scratch, int j);
   };
   [[nodiscard]] StageKernels stage_kernels() const {
-    if (muscl != nullptr) return {muscl->sweep_x, muscl->sweep_y, muscl->sweep_segments, muscl->update_row};
-    return {radial.power > 0 ? radial_kernels->sweep_x : kernels->sweep_x, kernels->sweep_y, kernels->sweep_segments,
-            kernels->update_row};
+    if (muscl != nullptr)
+      return {muscl->sweep_x, muscl->sweep_y, muscl->sweep_segments, muscl->update_row};
+    return {radial.power > 0 ? radial_kernels->sweep_x : kernels->sweep_x, kernels->sweep_y,
+            kernels->sweep_segments, kernels->update_row};
   }
   [[nodiscard]] long run_stage();
   void sweep_planes();

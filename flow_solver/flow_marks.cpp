@@ -1,10 +1,10 @@
 // Nodes with first-order fluxes: premarked where the pressure jumps from node to node, marked where
 // the positivity test failed.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/flow_core.hpp"
@@ -53,8 +53,9 @@ void Flow::Core::premark_impacts() {
 }
 
 /// Does the pressure jump from this node to a neighbour that no wall hides? The stricter ratio of a
-/// fresh charge holds at the charge's own jump only, where the lower side is below p_max by the ratio
-/// that makes it fresh: a strong shock reflected elsewhere must not flip between the two schemes.
+/// fresh charge holds at the charge's own jump only, where the lower side is below p_max by the
+/// ratio that makes it fresh: a strong shock reflected elsewhere must not flip between the two
+/// schemes.
 bool Flow::Core::jumps(int i, int j, int k) const {
   const Block& block = ctx.W;
   const double gas_constant = options.gas.gas_constant;
@@ -101,9 +102,11 @@ void Flow::Core::premark(StepReport&) {
 void Flow::Core::mark_failures(bool with_neighbours) {
   const int n0 = ctx.n[0], n1 = ctx.n[1], n2 = ctx.n[2];
   const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(ctx.tiles) * tile_width;
-  const auto at = [&](int i, int j, int k) { return static_cast<std::size_t>((k * n1 + j) * row + i); };
-  // A node that fails although marked suffers from its neighbours' fluxes. Which nodes spread is settled
-  // before any mark is set: it must not depend on the order of nodes or blocks.
+  const auto at = [&](int i, int j, int k) {
+    return static_cast<std::size_t>((k * n1 + j) * row + i);
+  };
+  // A node that fails although marked suffers from its neighbours' fluxes. Which nodes spread is
+  // settled before any mark is set: it must not depend on the order of nodes or blocks.
   for (std::size_t m = 0; m < failed.size(); ++m) {
     if (failed[m] != 0 && (with_neighbours || mark[m] != 0)) failed[m] = spreads;
   }
@@ -115,8 +118,10 @@ void Flow::Core::mark_failures(bool with_neighbours) {
         if (failed[at(i, j, k)] != spreads) continue;
         for (int axis = 0; axis < 3; ++axis) {
           for (int side = -1; side <= 1; side += 2) {
-            const int x[3] = {i + (axis == 0 ? side : 0), j + (axis == 1 ? side : 0), k + (axis == 2 ? side : 0)};
-            if (x[0] < 0 || x[1] < 0 || x[2] < 0 || x[0] >= n0 || x[1] >= n1 || x[2] >= n2) continue;
+            const int x[3] = {i + (axis == 0 ? side : 0), j + (axis == 1 ? side : 0),
+                              k + (axis == 2 ? side : 0)};
+            if (x[0] < 0 || x[1] < 0 || x[2] < 0 || x[0] >= n0 || x[1] >= n1 || x[2] >= n2)
+              continue;
             mark[at(x[0], x[1], x[2])] = failure_life;
           }
         }
@@ -131,8 +136,8 @@ void Flow::Core::mark_failures(bool with_neighbours) {
 
 /// Border nodes whose neighbours on other ranks failed and spread.
 void Flow::Core::mark_beyond_borders() {
-  const RankFlow::EndBits& bits =
-      ranks->exchange_bits([&](int i, int j, int k) { return failed[mark_index(i, j, k)] == spreads; });
+  const RankFlow::EndBits& bits = ranks->exchange_bits(
+      [&](int i, int j, int k) { return failed[mark_index(i, j, k)] == spreads; });
   for (int axis = 0; axis < 3; ++axis) {
     const int b_axis = axis == 0 ? 1 : 0, c_axis = axis == 2 ? 1 : 2;
     const int groups = (ctx.n[b_axis] + tile_width - 1) / tile_width;
@@ -176,7 +181,8 @@ void Flow::Core::set_line_marks() {
 
 std::size_t Flow::Core::count_marks() const {
   if (!ctx.any_mark) return 0;
-  return static_cast<std::size_t>(std::count_if(mark.begin(), mark.end(), [](std::uint8_t m) { return m != 0; }));
+  return static_cast<std::size_t>(
+      std::count_if(mark.begin(), mark.end(), [](std::uint8_t m) { return m != 0; }));
 }
 
 void Flow::Core::restore() {
@@ -184,28 +190,34 @@ void Flow::Core::restore() {
   for (int k = 0; k < box.n[2]; ++k) kernels->restore_plane(box, k);
 }
 
-/// Last resort with floors: a failed node keeps its state of the step's start, lifted to the floors.
+/// Last resort with floors: a failed node keeps its state of the step's start, lifted to the
+/// floors.
 std::size_t Flow::Core::repair_failures(bool final_state) {
   std::size_t count = 0;
   const double gamma = options.gas.heat_capacity_ratio;
   for (int k = 0; k < ctx.n[2]; ++k) {
     for (int j = 0; j < ctx.n[1]; ++j) {
       for (int i = 0; i < ctx.n[0]; ++i) {
-        std::uint8_t& f = failed[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.tiles * tile_width + i)];
+        std::uint8_t& f =
+            failed[static_cast<std::size_t>((k * ctx.n[1] + j) * ctx.tiles * tile_width + i)];
         if (f == 0) continue;
         f = 0;
         ++count;
         double q[5];
-        for (int v = 0; v < 5; ++v) q[v] = ctx.Q.data[v * ctx.Q.sf + i + j * ctx.Q.sj + k * ctx.Q.sk];
+        for (int v = 0; v < 5; ++v)
+          q[v] = ctx.Q.data[v * ctx.Q.sf + i + j * ctx.Q.sj + k * ctx.Q.sk];
         const double rho = std::max(q[0], options.floor_density);
         const double u[3] = {q[1] / q[0], q[2] / q[0], q[3] / q[0]};
         const double kinetic = 0.5 * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
         const double p = std::max((gamma - 1.0) * (q[4] - q[0] * kinetic), options.floor_pressure);
         const double w[5] = {rho, u[0], u[1], u[2], p / (rho * options.gas.gas_constant)};
-        const double lifted[5] = {rho, rho * u[0], rho * u[1], rho * u[2], p / (gamma - 1.0) + rho * kinetic};
+        const double lifted[5] = {rho, rho * u[0], rho * u[1], rho * u[2],
+                                  p / (gamma - 1.0) + rho * kinetic};
         for (int v = 0; v < 5; ++v) {
           ctx.W.data[v * ctx.W.sf + i + j * ctx.W.sj + k * ctx.W.sk] = static_cast<Real>(w[v]);
-          if (final_state) ctx.A.data[v * ctx.A.sf + i + j * ctx.A.sj + k * ctx.A.sk] = static_cast<Real>(lifted[v]);
+          if (final_state)
+            ctx.A.data[v * ctx.A.sf + i + j * ctx.A.sj + k * ctx.A.sk] =
+                static_cast<Real>(lifted[v]);
         }
       }
     }
@@ -215,14 +227,16 @@ std::size_t Flow::Core::repair_failures(bool final_state) {
 
 void Flow::Core::throw_failure(double t, double dt) const {
   if (ranks) {
-    ranks->ranks().together([&] { throw_own_failure(t, dt); });  // throws: some rank has failed nodes
+    ranks->ranks().together(
+        [&] { throw_own_failure(t, dt); });  // throws: some rank has failed nodes
   }
   throw_own_failure(t, dt);
   throw NumericsError("flow: a step fails without a failed node");
 }
 
 void Flow::Core::throw_own_failure(double t, double dt) const {
-  const auto bad = std::find_if(failed.begin(), failed.end(), [](std::uint8_t f) { return f != 0; });
+  const auto bad =
+      std::find_if(failed.begin(), failed.end(), [](std::uint8_t f) { return f != 0; });
   if (bad == failed.end()) return;
   const auto at = static_cast<std::ptrdiff_t>(bad - failed.begin());
   const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(ctx.tiles) * tile_width;
@@ -234,11 +248,14 @@ void Flow::Core::throw_own_failure(double t, double dt) const {
                    (q[4] - 0.5 * (q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) / q[0]);
   const std::array<int, 3> first = ranks ? ranks->part.begin : std::array<int, 3>{};
   throw NumericsError(fmt::format(
-      "flow: the step from t = {:.9e} s by {:.3e} s fails at cell ({}, {}, {}), position ({:.6g}, {:.6g}, {:.6g}) m, "
-      "also with first-order fluxes there; state before: density {:.6g} kg/m^3, velocity ({:.6g}, {:.6g}, "
-      "{:.6g}) m/s, pressure {:.6g} Pa. Try a smaller flow.cfl, a finer grid at the charge, or floors",
-      t, dt, i + first[0], j + first[1], k + first[2], grid.axis[0].x(i), grid.axis[1].x(j), grid.axis[2].x(k), q[0], q[1] / q[0], q[2] / q[0],
-      q[3] / q[0], p));
+      "flow: the step from t = {:.9e} s by {:.3e} s fails at cell ({}, {}, {}), position ({:.6g}, "
+      "{:.6g}, {:.6g}) m, "
+      "also with first-order fluxes there; state before: density {:.6g} kg/m^3, velocity ({:.6g}, "
+      "{:.6g}, "
+      "{:.6g}) m/s, pressure {:.6g} Pa. Try a smaller flow.cfl, a finer grid at the charge, or "
+      "floors",
+      t, dt, i + first[0], j + first[1], k + first[2], grid.axis[0].x(i), grid.axis[1].x(j),
+      grid.axis[2].x(k), q[0], q[1] / q[0], q[2] / q[0], q[3] / q[0], p));
 }
 
 }  // namespace ocublast::flow

@@ -41,8 +41,10 @@ bool Flow::Core::run_stages_muscl(double t, double dt, bool repair, StepReport& 
     }
     refresh_box();
     ghosts_filled = false;
-    if (box.n[2] > 1) sweep_planes_muscl();
-    else sweep_lines_of_plane();
+    if (box.n[2] > 1)
+      sweep_planes_muscl();
+    else
+      sweep_lines_of_plane();
     if (update_rows() == 0) continue;
     if (!repair) return false;
     report.floored_nodes += repair_failures(true);
@@ -50,8 +52,9 @@ bool Flow::Core::run_stages_muscl(double t, double dt, bool repair, StepReport& 
   return true;
 }
 
-// A first-order step of the cell at r = 0 beside a vacuum keeps its energy positive up to a Courant number
-// (with the area (m + 1)/2 per volume) of 0.72: mass and energy leave by it, momentum arises from p A.
+// A first-order step of the cell at r = 0 beside a vacuum keeps its energy positive up to a Courant
+// number (with the area (m + 1)/2 per volume) of 0.72: mass and energy leave by it, momentum arises
+// from p A.
 constexpr double axis_margin = 1.35;
 
 double Flow::Core::convection_at_axis() const {

@@ -1,12 +1,12 @@
-// The step under ranks. A stage: the primitives next to the borders travel while the inner planes form
-// their bulk pressure; every rank adds its nodes' part of the border fluxes; those across z travel during
-// the sweeps along x and y; then every line is solved within its block between known fluxes.
+// The step under ranks. A stage: the primitives next to the borders travel while the inner planes
+// form their bulk pressure; every rank adds its nodes' part of the border fluxes; those across z
+// travel during the sweeps along x and y; then every line is solved within its block between known
+// fluxes.
 
+#include <fmt/format.h>
 #include <omp.h>
 
 #include <algorithm>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/flow_core.hpp"
@@ -14,10 +14,11 @@
 namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
-/// Layers of the primitives beyond a border that are read: two by the fourth differences of the sensors,
-/// three by the sixth-order slopes of the nodal stress and of the paper's dilatation.
+/// Layers of the primitives beyond a border that are read: two by the fourth differences of the
+/// sensors, three by the sixth-order slopes of the nodal stress and of the paper's dilatation.
 int state_depth(const FlowOptions& options) {
-  const bool nodal = options.viscosity != Viscosity::none || options.diffusivity_form == DiffusivityForm::paper;
+  const bool nodal =
+      options.viscosity != Viscosity::none || options.diffusivity_form == DiffusivityForm::paper;
   return nodal ? 3 : 2;
 }
 
@@ -25,18 +26,22 @@ int state_depth(const FlowOptions& options) {
 
 void Flow::Core::set_ranks(const Ranks& all_ranks) {
   if (options.scheme == Scheme::muscl) {
-    throw CaseError("flow.numerics.scheme: muscl runs on one rank; take compact6 or compact8, or start without mpirun");
+    throw CaseError(
+        "flow.numerics.scheme: muscl runs on one rank; take compact6 or compact8, or start without "
+        "mpirun");
   }
   if (grid.geometry != Geometry::cartesian) {
-    throw CaseError("flow.grid.geometry: radial grids run on one rank; start the flow solver without mpirun");
+    throw CaseError(
+        "flow.grid.geometry: radial grids run on one rank; start the flow solver without mpirun");
   }
-  const LineScheme scheme{.eighth_order = options.scheme == Scheme::compact8, .filter_alpha = options.filter_alpha};
+  const LineScheme scheme{.eighth_order = options.scheme == Scheme::compact8,
+                          .filter_alpha = options.filter_alpha};
   const bool nodal = state_depth(options) == 3;
   const bool strain = options.artificial_diffusivity &&
                       (options.sensor == Sensor::strain || (nodal && options.C_mu > 0.0));
-  ranks = std::make_unique<RankFlow>(RankPart(all_ranks, std::move(grid), boundaries, options.rank_blocks,
-                                              options.rank_work), scheme,
-                                     state_depth(options), strain, options.filter);
+  ranks = std::make_unique<RankFlow>(
+      RankPart(all_ranks, std::move(grid), boundaries, options.rank_blocks, options.rank_work),
+      scheme, state_depth(options), strain, options.filter);
   grid = ranks->part.grid;
   boundaries = ranks->part.boundaries;
   // Blocks without a disturbance would have to wait for the others anyway.
@@ -45,13 +50,19 @@ void Flow::Core::set_ranks(const Ranks& all_ranks) {
 
 void Flow::Core::require_bodies_on_ranks() const {
   if (ctx.nodal_stress) {
-    throw CaseError("flow.body: bodies in viscous gas, or with diffusivity_form = \"paper\", run on one rank; start "
-                    "the flow solver without mpirun (threads share its work)");
+    throw CaseError(
+        "flow.body: bodies in viscous gas, or with diffusivity_form = \"paper\", run on one rank; "
+        "start "
+        "the flow solver without mpirun (threads share its work)");
   }
   for (int a = 0; a < 3; ++a) {
-    if (ranks->part.split(a) && ranks->part.whole_boundaries[2 * static_cast<std::size_t>(a)].kind == BoundaryKind::periodic) {
-      throw CaseError(fmt::format("flow.boundary.{0}_min: a periodic direction with bodies in the grid is not divided "
-                                  "between ranks; start the flow solver on fewer of them, or without mpirun", "xyz"[a]));
+    if (ranks->part.split(a) &&
+        ranks->part.whole_boundaries[2 * static_cast<std::size_t>(a)].kind ==
+            BoundaryKind::periodic) {
+      throw CaseError(fmt::format(
+          "flow.boundary.{0}_min: a periodic direction with bodies in the grid is not divided "
+          "between ranks; start the flow solver on fewer of them, or without mpirun",
+          "xyz"[a]));
     }
   }
 }
@@ -151,7 +162,8 @@ long Flow::Core::run_stage_on_ranks() {
   };
   // Planes that look at no other rank's nodes.
   const bool only_z = !r.part.split(0) && !r.part.split(1);
-  const int inner_begin = only_z ? std::min(1, n2) : n2, inner_end = only_z ? std::max(n2 - 1, inner_begin) : n2;
+  const int inner_begin = only_z ? std::min(1, n2) : n2,
+            inner_end = only_z ? std::max(n2 - 1, inner_begin) : n2;
   fill_ghosts_on_ranks([&] { bulk(inner_begin, inner_end); });
   bulk(0, inner_begin);
   bulk(inner_end, n2);
@@ -176,8 +188,10 @@ long Flow::Core::run_stage_on_ranks() {
   }
   lap.book(Pass::ghosts);
   bulk_is_ready = true;
-  if (n2 > 1) sweep_planes();
-  else sweep_lines_of_plane();
+  if (n2 > 1)
+    sweep_planes();
+  else
+    sweep_lines_of_plane();
   Lap rest(clock);
   if (r.flux[2]) {
     wait_for([&] { r.flux[2]->wait(); });
@@ -205,7 +219,8 @@ long Flow::Core::finish_on_ranks() {
   const auto for_all = [&](int count, const auto& body) {
     long sum = 0;
 #pragma omp parallel for schedule(static) num_threads(options.threads) reduction(+ : sum)
-    for (int c = 0; c < count; ++c) sum += body(scratch[static_cast<std::size_t>(omp_get_thread_num())].data(), c);
+    for (int c = 0; c < count; ++c)
+      sum += body(scratch[static_cast<std::size_t>(omp_get_thread_num())].data(), c);
     return sum;
   };
   long failures = 0;
@@ -213,7 +228,8 @@ long Flow::Core::finish_on_ranks() {
     const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
     if (s.begin.empty()) return;
     const auto at = static_cast<std::size_t>(c);
-    for (std::size_t b = s.begin[at]; b < s.begin[at + 1]; ++b) kernels->filter_segments(box, own, axis, s.batch[b]);
+    for (std::size_t b = s.begin[at]; b < s.begin[at + 1]; ++b)
+      kernels->filter_segments(box, own, axis, s.batch[b]);
   };
   if (box.filter) {  // along z, where it was not part of the update
     const bool split = r.part.split(2);

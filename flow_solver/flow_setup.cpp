@@ -1,10 +1,10 @@
 // Construction of the flow: memory, tables, masks, boundaries; what it tells of itself.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/boundary/domain_ghosts.hpp"
@@ -49,21 +49,23 @@ KernelSet choose_kernels(const std::string& wanted) {
     if (wanted.empty() || wanted == set.name) best = set;
   }
   if (best.kernels == nullptr) {
-    throw CaseError(fmt::format("instruction set \"{}\": offered here are{}; leave it out for the best one",
-                                wanted, offered));
+    throw CaseError(
+        fmt::format("instruction set \"{}\": offered here are{}; leave it out for the best one",
+                    wanted, offered));
   }
   return best;
 }
 
-// Spectral radius by h^2 of the compact derivative of sixth-order slopes: 3.04 with compact 6, 3.17 with
-// compact 8; between walls with their one-sided closures 5.69 (eigenvalues of the operator, 16 and 32
-// nodes).
+// Spectral radius by h^2 of the compact derivative of sixth-order slopes: 3.04 with compact 6, 3.17
+// with compact 8; between walls with their one-sided closures 5.69 (eigenvalues of the operator, 16
+// and 32 nodes).
 constexpr double nodal_radius = 3.2;
 constexpr double nodal_radius_at_walls = 5.8;
 
 LaneEnd lane_end(const Boundary& b) {
   if (b.kind == BoundaryKind::symmetry) return LaneEnd::mirrored_slip;
-  if (b.kind == BoundaryKind::wall) return b.wall.slip ? LaneEnd::held_slip_wall : LaneEnd::held_wall;
+  if (b.kind == BoundaryKind::wall)
+    return b.wall.slip ? LaneEnd::held_slip_wall : LaneEnd::held_wall;
   return LaneEnd::domain_ghost;
 }
 
@@ -71,8 +73,8 @@ LaneEnd lane_end(const Boundary& b) {
 /// kernels use for the values there.
 double wall_inverse_spacing(const Axis& axis, bool low) {
   const auto x = [&](int m) { return axis.x(low ? m : axis.n - 1 - m); };
-  return 1.0 / (wall_slope[0] * (low ? axis.min : axis.max) + wall_slope[1] * x(0) + wall_slope[2] * x(1) +
-                wall_slope[3] * x(2));
+  return 1.0 / (wall_slope[0] * (low ? axis.min : axis.max) + wall_slope[1] * x(0) +
+                wall_slope[2] * x(1) + wall_slope[3] * x(2));
 }
 
 WallEnd wall_end(const Boundary& b, const Axis& axis, bool low) {
@@ -103,27 +105,33 @@ void set_view(LineView& view, const StoredTable& t) {
 
 LineEnd line_end(BoundaryKind kind) {
   switch (kind) {
-    case BoundaryKind::symmetry: return LineEnd::mirrored_slip;
-    case BoundaryKind::wall: return LineEnd::held_wall;
-    case BoundaryKind::periodic: return LineEnd::periodic;
-    case BoundaryKind::neighbour: return LineEnd::known;
+    case BoundaryKind::symmetry:
+      return LineEnd::mirrored_slip;
+    case BoundaryKind::wall:
+      return LineEnd::held_wall;
+    case BoundaryKind::periodic:
+      return LineEnd::periodic;
+    case BoundaryKind::neighbour:
+      return LineEnd::known;
     case BoundaryKind::outflow:
     case BoundaryKind::fixed_state:
     case BoundaryKind::subsonic_inflow:
-    case BoundaryKind::reservoir: break;
+    case BoundaryKind::reservoir:
+      break;
   }
   return LineEnd::ghosted;
 }
 
-Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& options_in, const Ranks* all_ranks)
+Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& options_in,
+                 const Ranks* all_ranks)
     : grid(std::move(grid_in)), boundaries(boundaries_in), options(options_in) {
   if (!grid.axis[0].present) throw CaseError("flow: the x direction must be present");
   for (std::size_t a = 0; a < 3; ++a) {
     const bool low = boundaries[2 * a].kind == BoundaryKind::periodic;
     const bool high = boundaries[2 * a + 1].kind == BoundaryKind::periodic;
     if (grid.axis[a].present && low != high) {
-      throw CaseError(fmt::format("flow: only one face of direction {} is periodic; make both so",
-                                  "xyz"[a]));
+      throw CaseError(
+          fmt::format("flow: only one face of direction {} is periodic; make both so", "xyz"[a]));
     }
   }
   if (all_ranks != nullptr && !all_ranks->alone()) set_ranks(*all_ranks);
@@ -138,14 +146,18 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
     options.artificial_diffusivity = false;
     options.filter = false;
   }
-  if (options.viscosity != Viscosity::none && (muscl != nullptr || grid.geometry != Geometry::cartesian)) {
-    throw CaseError(fmt::format("flow.gas.viscosity: {} computes inviscid gas only; take viscosity = \"none\"",
-                                muscl != nullptr ? "the scheme muscl" : "a radial grid"));
+  if (options.viscosity != Viscosity::none &&
+      (muscl != nullptr || grid.geometry != Geometry::cartesian)) {
+    throw CaseError(
+        fmt::format("flow.gas.viscosity: {} computes inviscid gas only; take viscosity = \"none\"",
+                    muscl != nullptr ? "the scheme muscl" : "a radial grid"));
   }
-  const bool nodal_stress = options.viscosity != Viscosity::none ||
-                            (options.artificial_diffusivity && options.diffusivity_form == DiffusivityForm::paper);
+  const bool nodal_stress =
+      options.viscosity != Viscosity::none ||
+      (options.artificial_diffusivity && options.diffusivity_form == DiffusivityForm::paper);
   if (nodal_stress && grid.geometry != Geometry::cartesian) {
-    throw CaseError("flow.numerics.diffusivity_form: paper needs flow.grid.geometry = \"cartesian\"");
+    throw CaseError(
+        "flow.numerics.diffusivity_form: paper needs flow.grid.geometry = \"cartesian\"");
   }
   ctx.nodal_stress = nodal_stress;
   W = FieldMemory(grid, nodal_stress ? n_stage_fields : n_stage_fields - 1, true);
@@ -167,7 +179,8 @@ Flow::Core::Core(Grid grid_in, Boundaries boundaries_in, const FlowOptions& opti
   // Each thread touches its own scratch and its part of the fields first.
 #pragma omp parallel for schedule(static, 1) num_threads(options.threads)
   for (int t = 0; t < options.threads; ++t) {
-    for (const FieldMemory* m : {&scratch[static_cast<std::size_t>(t)], &plane_scratch[static_cast<std::size_t>(t)]}) {
+    for (const FieldMemory* m :
+         {&scratch[static_cast<std::size_t>(t)], &plane_scratch[static_cast<std::size_t>(t)]}) {
       std::fill(m->all().begin(), m->all().end(), Real{0});
     }
   }
@@ -184,19 +197,23 @@ void Flow::Core::set_tables() {
                           .filter_alpha = options.filter_alpha};
   for (std::size_t a = 0; a < 3; ++a) {
     metric[a] = stored(make_line_metric(grid.axis[a]));
-    const LineEnd low = line_end(boundaries[2 * a].kind), high = line_end(boundaries[2 * a + 1].kind);
+    const LineEnd low = line_end(boundaries[2 * a].kind),
+                  high = line_end(boundaries[2 * a + 1].kind);
     const int n = grid.axis[a].n;
     LineTable plain = make_line_table(n, low, high, scheme);
     if (a == 0) set_radial(plain);
     table[a] = stored(std::move(plain));
-    table_from_ghost[a] = stored(make_line_table(n + 8, LineEnd::ghosted, LineEnd::ghosted, scheme));
+    table_from_ghost[a] =
+        stored(make_line_table(n + 8, LineEnd::ghosted, LineEnd::ghosted, scheme));
     const LineEnd mirror = low == LineEnd::held_wall ? low : LineEnd::mirrored_slip;
     table_from_mirror[a] = stored(make_line_table(n + 8, mirror, LineEnd::ghosted, scheme));
     if (low == LineEnd::known) {
       LineTable t = make_line_table(n + 8, LineEnd::known, LineEnd::ghosted, scheme);
-      // Segments walk from face -3 on: up to the first solved row, all hand on the value they start with.
+      // Segments walk from face -3 on: up to the first solved row, all hand on the value they start
+      // with.
       const auto repeat = [](std::vector<double>& rows, int size) {
-        for (int j = 0; j < table_offset; ++j) std::copy_n(rows.begin() + table_offset * size, size, rows.begin() + j * size);
+        for (int j = 0; j < table_offset; ++j)
+          std::copy_n(rows.begin() + table_offset * size, size, rows.begin() + j * size);
       };
       repeat(t.flux, flux_row_size);
       repeat(t.filter, filter_row_size);
@@ -212,17 +229,23 @@ void Flow::Core::set_radial(const LineTable& plain) {
   const Axis& r = grid.axis[0];
   const bool one_dimensional = grid.geometry != Geometry::axisymmetric;
   if (grid.axis[2].present || grid.axis[1].present == one_dimensional) {
-    throw CaseError("flow.grid.geometry: cylindrical and spherical need x (the radius) alone, axisymmetric "
-                    "needs x (the radius) and y (along the axis)");
+    throw CaseError(
+        "flow.grid.geometry: cylindrical and spherical need x (the radius) alone, axisymmetric "
+        "needs x (the radius) and y (along the axis)");
   }
-  if (r.min < 0.0 || (r.min == 0.0) != (boundaries[0].kind == BoundaryKind::symmetry && r.min < 1e-300)) {
-    throw CaseError(fmt::format("flow.grid.x: the radius starts at {} m; accepted are 0 with boundary "
-                                "x_min = \"symmetry\", or more than 0", r.min));
+  if (r.min < 0.0 ||
+      (r.min == 0.0) != (boundaries[0].kind == BoundaryKind::symmetry && r.min < 1e-300)) {
+    throw CaseError(
+        fmt::format("flow.grid.x: the radius starts at {} m; accepted are 0 with boundary "
+                    "x_min = \"symmetry\", or more than 0",
+                    r.min));
   }
   if (boundaries[0].kind == BoundaryKind::periodic) {
     throw CaseError("flow.boundary.x_min: a radius cannot be periodic");
   }
-  const auto mirrored = [&](std::size_t face) { return lane_end(boundaries[face]) != LaneEnd::domain_ghost; };
+  const auto mirrored = [&](std::size_t face) {
+    return lane_end(boundaries[face]) != LaneEnd::domain_ghost;
+  };
   radial = stored(make_radial_metric(grid, mirrored(0), mirrored(1)));
   radial_table = stored(make_radial_table(plain, radial.power, r.min == 0.0));
 }
@@ -249,7 +272,8 @@ void Flow::Core::set_context() {
     view.low = lane_end(boundaries[2 * a]);
     view.high = lane_end(boundaries[2 * a + 1]);
     const Boundaries& ends = ranks ? ranks->part.whole_boundaries : boundaries;
-    const bool walled = ends[2 * a].kind == BoundaryKind::wall || ends[2 * a + 1].kind == BoundaryKind::wall;
+    const bool walled =
+        ends[2 * a].kind == BoundaryKind::wall || ends[2 * a + 1].kind == BoundaryKind::wall;
     ctx.nodal_radius[a] = walled ? nodal_radius_at_walls : nodal_radius;
     view.wall_low = wall_end(boundaries[2 * a], grid.axis[a], true);
     view.wall_high = wall_end(boundaries[2 * a + 1], grid.axis[a], false);
@@ -277,8 +301,7 @@ void Flow::Core::set_context() {
   ctx.mu0 = viscous ? options.dynamic_viscosity : 0.0;
   ctx.sutherland_T0 = options.sutherland_reference;
   ctx.sutherland_S = options.sutherland_temperature;
-  ctx.heat_per_viscosity =
-      ctx.gamma * ctx.gas_constant / ((ctx.gamma - 1.0) * options.prandtl);
+  ctx.heat_per_viscosity = ctx.gamma * ctx.gas_constant / ((ctx.gamma - 1.0) * options.prandtl);
   ctx.bulk = options.artificial_diffusivity;
   ctx.eighth_order = options.scheme == Scheme::compact8;
   ctx.filter = options.filter;
@@ -300,7 +323,8 @@ void Flow::Core::set_context() {
 
 void Flow::Core::set_masks_without_bodies() {
   const auto n1 = static_cast<std::size_t>(ctx.n[1]), n2 = static_cast<std::size_t>(ctx.n[2]);
-  const auto tiles = static_cast<std::size_t>(ctx.tiles), groups = static_cast<std::size_t>(ctx.row_groups);
+  const auto tiles = static_cast<std::size_t>(ctx.tiles),
+             groups = static_cast<std::size_t>(ctx.row_groups);
   fluid.assign(n2 * n1 * tiles, static_cast<LaneBits>(all_lanes));
   const int rest = ctx.n[0] % tile_width;
   if (rest != 0) {
@@ -330,8 +354,12 @@ Flow::~Flow() = default;
 Flow::Flow(Flow&&) noexcept = default;
 Flow& Flow::operator=(Flow&&) noexcept = default;
 
-const Grid& Flow::grid() const { return core_->ranks ? core_->ranks->part.whole : core_->grid; }
-const FlowOptions& Flow::options() const { return core_->options; }
+const Grid& Flow::grid() const {
+  return core_->ranks ? core_->ranks->part.whole : core_->grid;
+}
+const FlowOptions& Flow::options() const {
+  return core_->options;
+}
 const Boundaries& Flow::boundaries() const {
   return core_->ranks ? core_->ranks->part.whole_boundaries : core_->boundaries;
 }
@@ -369,7 +397,8 @@ std::array<int, 3> Flow::rank_blocks() const {
 std::array<double, 2> Flow::rank_traffic() const {
   const Core& c = *core_;
   if (!c.ranks) return {};
-  const Traffic t = c.ranks->step_traffic(c.ctx.nodal_stress, c.options.artificial_diffusivity || c.ctx.nodal_stress);
+  const Traffic t = c.ranks->step_traffic(c.ctx.nodal_stress,
+                                          c.options.artificial_diffusivity || c.ctx.nodal_stress);
   return {t.messages, t.bytes};
 }
 
@@ -385,9 +414,17 @@ FieldsView<Real> Flow::Core::view_of(const Block& b, bool with_bulk) const {
   return {b.data - (first[0] + first[1] * b.sj + first[2] * b.sk), b.sf, b.sj, b.sk, with_bulk};
 }
 
-FieldsView<Real> Flow::primitives() { return core_->view_of(core_->ctx.W, core_->ctx.bulk); }
-FieldsView<const Real> Flow::primitives() const { return core_->view_of(core_->ctx.W, core_->ctx.bulk); }
-FieldsView<Real> Flow::conserved() { return core_->view_of(core_->ctx.Q, false); }
-FieldsView<const Real> Flow::conserved() const { return core_->view_of(core_->ctx.Q, false); }
+FieldsView<Real> Flow::primitives() {
+  return core_->view_of(core_->ctx.W, core_->ctx.bulk);
+}
+FieldsView<const Real> Flow::primitives() const {
+  return core_->view_of(core_->ctx.W, core_->ctx.bulk);
+}
+FieldsView<Real> Flow::conserved() {
+  return core_->view_of(core_->ctx.Q, false);
+}
+FieldsView<const Real> Flow::conserved() const {
+  return core_->view_of(core_->ctx.Q, false);
+}
 
 }  // namespace ocublast::flow

@@ -1,11 +1,11 @@
 // The state of the flow: set, summed, kept and restored.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <utility>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/flow_core.hpp"
@@ -15,9 +15,9 @@ namespace ocublast::flow::inline OCU_PRECISION {
 void Flow::Core::store_state(int i, int j, int k, const State& s) {
   const Gas& gas = options.gas;
   const double value[5] = {s.rho, s.u, s.v, s.w, s.p / (s.rho * gas.gas_constant)};
-  const double conserved[5] = {s.rho, s.rho * s.u, s.rho * s.v, s.rho * s.w,
-                               s.p / (gas.heat_capacity_ratio - 1.0) +
-                                   0.5 * s.rho * (s.u * s.u + s.v * s.v + s.w * s.w)};
+  const double conserved[5] = {
+      s.rho, s.rho * s.u, s.rho * s.v, s.rho * s.w,
+      s.p / (gas.heat_capacity_ratio - 1.0) + 0.5 * s.rho * (s.u * s.u + s.v * s.v + s.w * s.w)};
   for (int f = 0; f < n_primitive; ++f) {
     ctx.W.data[f * ctx.W.sf + i + j * ctx.W.sj + k * ctx.W.sk] = static_cast<Real>(value[f]);
     // Both buffers: outside the active box they are never exchanged for new values.
@@ -45,7 +45,8 @@ void Flow::Core::fill_padding() {
 
 void Flow::set_state(const std::function<State(double, double, double)>& state) {
   const Grid& g = grid();
-  set_state_by_index([&](int i, int j, int k) { return state(g.axis[0].x(i), g.axis[1].x(j), g.axis[2].x(k)); });
+  set_state_by_index(
+      [&](int i, int j, int k) { return state(g.axis[0].x(i), g.axis[1].x(j), g.axis[2].x(k)); });
 }
 
 void Flow::set_state_by_index(const std::function<State(int, int, int)>& state) {
@@ -57,17 +58,20 @@ void Flow::set_state_by_index(const std::function<State(int, int, int)>& state) 
         for (int i = 0; i < c.ctx.n[0]; ++i) {
           const State s = state(i + own.lo[0], j + own.lo[1], k + own.lo[2]);
           if (!(s.rho > 0.0) || !(s.p > 0.0)) {
-            throw CaseError(fmt::format("initial state: density {} kg/m^3, pressure {} Pa at ({}, {}, {}) m; "
-                                        "both must be above 0", s.rho, s.p, c.grid.axis[0].x(i),
-                                        c.grid.axis[1].x(j), c.grid.axis[2].x(k)));
+            throw CaseError(fmt::format(
+                "initial state: density {} kg/m^3, pressure {} Pa at ({}, {}, {}) m; "
+                "both must be above 0",
+                s.rho, s.p, c.grid.axis[0].x(i), c.grid.axis[1].x(j), c.grid.axis[2].x(k)));
           }
           c.store_state(i, j, k, s);
         }
       }
     }
   };
-  if (c.ranks) c.ranks->ranks().together(set_all);
-  else set_all();
+  if (c.ranks)
+    c.ranks->ranks().together(set_all);
+  else
+    set_all();
   c.fill_padding();
   c.prepared = false;
   c.set_box({0, 0, 0}, {c.ctx.n[0], c.ctx.n[1], c.ctx.n[2]});
@@ -85,14 +89,18 @@ void Flow::set_incoming(const std::shared_ptr<const IncomingGas>& gas) {
   core_->prepared = core_->ghosts_filled = false;
 }
 
-void Flow::fill_domain_ghosts() { core_->fill_ghosts(); }
+void Flow::fill_domain_ghosts() {
+  core_->fill_ghosts();
+}
 
 Totals Flow::totals() const {
   const Core& c = *core_;
   const Context& x = c.ctx;
   std::vector<double> width(static_cast<std::size_t>(x.tiles) * tile_width, 0.0);
-  for (int i = 0; i < x.n[0]; ++i) width[static_cast<std::size_t>(i)] = c.grid.axis[0].h(i) * c.grid.radial_weight(i);
-  std::vector<std::array<double, 6>> plane(static_cast<std::size_t>(x.n[2]), std::array<double, 6>{});
+  for (int i = 0; i < x.n[0]; ++i)
+    width[static_cast<std::size_t>(i)] = c.grid.axis[0].h(i) * c.grid.radial_weight(i);
+  std::vector<std::array<double, 6>> plane(static_cast<std::size_t>(x.n[2]),
+                                           std::array<double, 6>{});
 #pragma omp parallel for schedule(static) num_threads(c.options.threads)
   for (int k = 0; k < x.n[2]; ++k) {
     for (int j = 0; j < x.n[1]; ++j) {
@@ -102,7 +110,8 @@ Totals Flow::totals() const {
         if (bits == 0) continue;
         double w[tile_width];
         for (int l = 0; l < tile_width; ++l) {
-          w[l] = ((bits >> l) & 1u) != 0 ? width[static_cast<std::size_t>(t * tile_width + l)] : 0.0;
+          w[l] =
+              ((bits >> l) & 1u) != 0 ? width[static_cast<std::size_t>(t * tile_width + l)] : 0.0;
         }
         const Real* q = x.Q.data + t * tile_width + j * x.Q.sj + k * x.Q.sk;
         for (int f = 0; f < 5; ++f) {
@@ -131,7 +140,10 @@ std::vector<CheckpointPart> Flow::checkpoint() {
   c.mark_copy.assign(c.mark.begin(), c.mark.end());
   c.box_copy = {static_cast<Real>(c.lo[0]), static_cast<Real>(c.lo[1]), static_cast<Real>(c.lo[2]),
                 static_cast<Real>(c.hi[0]), static_cast<Real>(c.hi[1]), static_cast<Real>(c.hi[2])};
-  return {{"primitives", c.W.all()}, {"conserved", c.Q.all()}, {"marks", c.mark_copy}, {"active_box", c.box_copy}};
+  return {{"primitives", c.W.all()},
+          {"conserved", c.Q.all()},
+          {"marks", c.mark_copy},
+          {"active_box", c.box_copy}};
 }
 
 std::uint8_t Flow::mark(int i, int j, int k) const {
@@ -168,7 +180,8 @@ void Flow::restored_nodes(const std::array<int, 6>& active_box) {
 
 void Flow::restored() {
   Core& c = *core_;
-  for (std::size_t i = 0; i < c.mark.size(); ++i) c.mark[i] = static_cast<std::uint8_t>(c.mark_copy[i]);
+  for (std::size_t i = 0; i < c.mark.size(); ++i)
+    c.mark[i] = static_cast<std::uint8_t>(c.mark_copy[i]);
   c.prepared = c.ghosts_filled = false;
   c.ctx.any_mark = true;
   c.set_line_marks();
@@ -184,8 +197,12 @@ void Flow::restored() {
   c.set_box({at(0), at(1), at(2)}, {at(3), at(4), at(5)});
 }
 
-std::span<const double> Flow::pass_seconds() const { return core_->clock.seconds; }
+std::span<const double> Flow::pass_seconds() const {
+  return core_->clock.seconds;
+}
 
-std::span<const std::uint8_t> Flow::marks() const { return core_->mark; }
+std::span<const std::uint8_t> Flow::marks() const {
+  return core_->mark;
+}
 
 }  // namespace ocublast::flow

@@ -1,3 +1,5 @@
 #include "flow_solver/io/run.hpp"
 
-int main(int argc, char** argv) { return ocublast::flow::run_flow_solver(argc, argv); }
+int main(int argc, char** argv) {
+  return ocublast::flow::run_flow_solver(argc, argv);
+}

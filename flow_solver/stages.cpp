@@ -1,4 +1,5 @@
-// Runge-Kutta stages over planes and rows: ghosts, stress, line solves, update; the filter in the last.
+// Runge-Kutta stages over planes and rows: ghosts, stress, line solves, update; the filter in the
+// last.
 
 #include <omp.h>
 
@@ -58,18 +59,23 @@ void Flow::Core::sweep_planes() {
 #pragma omp for schedule(runtime) nowait
     for (int k = 0; k < n2; ++k) {
       if (z_sums != nullptr && thread == 0) z_sums->poll();
-      // The batches of one direction from `b` on that lie in tile `tile` (-1: all); returns the first one left.
+      // The batches of one direction from `b` on that lie in tile `tile` (-1: all); returns the
+      // first one left.
       const auto sweep_cut = [&](int axis, std::size_t b, int tile) {
         const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
         if (s.begin.empty()) return b;
         const std::size_t end = s.begin[static_cast<std::size_t>(k) + 1];
-        for (; b < end && (tile < 0 || (s.batch[b].aligned && s.batch[b].b[0] / tile_width == tile)); ++b) {
-          kernels->sweep_segments(plane, own, axis, s.batch[b], b + 1 < end ? &s.batch[b + 1] : nullptr);
+        for (;
+             b < end && (tile < 0 || (s.batch[b].aligned && s.batch[b].b[0] / tile_width == tile));
+             ++b) {
+          kernels->sweep_segments(plane, own, axis, s.batch[b],
+                                  b + 1 < end ? &s.batch[b + 1] : nullptr);
         }
         return b;
       };
       const auto first_of = [&](std::size_t axis) {
-        return segments[axis].begin.empty() ? std::size_t{0} : segments[axis].begin[static_cast<std::size_t>(k)];
+        return segments[axis].begin.empty() ? std::size_t{0}
+                                            : segments[axis].begin[static_cast<std::size_t>(k)];
       };
       std::size_t cut_x = first_of(0);
       if (whole_bulk) {
@@ -95,7 +101,8 @@ void Flow::Core::sweep_planes() {
           lap.book(Pass::bulk);
         }
         sweep_x(plane, own, k, g, g + 1);
-        cut_x = sweep_cut(0, cut_x, g);  // aligned ones come first, by tiles: their rows are in the cache
+        cut_x = sweep_cut(0, cut_x,
+                          g);  // aligned ones come first, by tiles: their rows are in the cache
         lap.book(Pass::sweep_x);
       }
       sweep_cut(0, cut_x, -1);
@@ -110,9 +117,10 @@ void Flow::Core::sweep_planes() {
   }
 }
 
-/// The batches of one direction where there is only one plane, shared by the threads of a parallel region.
-/// An aligned batch writes whole vectors of its tile, also the lanes of other batches there: every
-/// thread has tiles of its own, and the other batches, which write their nodes only, come after them.
+/// The batches of one direction where there is only one plane, shared by the threads of a parallel
+/// region. An aligned batch writes whole vectors of its tile, also the lanes of other batches
+/// there: every thread has tiles of its own, and the other batches, which write their nodes only,
+/// come after them.
 template <class Call>
 void Flow::Core::for_batches_of_plane(const SegmentBatches& batches, const Call& call) {
   const auto& batch = batches.batch;
@@ -148,8 +156,9 @@ void Flow::Core::sweep_lines_of_plane() {
   {
     Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
     const auto sweep_cut = [&](int axis) {
-      for_batches_of_plane(segments[static_cast<std::size_t>(axis)],
-                           [&](const SegmentBatch& b) { sweeps.sweep_segments(box, own, axis, b, nullptr); });
+      for_batches_of_plane(segments[static_cast<std::size_t>(axis)], [&](const SegmentBatch& b) {
+        sweeps.sweep_segments(box, own, axis, b, nullptr);
+      });
     };
 #pragma omp for schedule(static)
     for (int g = 0; g < box.row_groups; ++g) sweeps.sweep_x(box, own, 0, g, g + 1);
@@ -172,7 +181,8 @@ long Flow::Core::update_rows() {
     if (!s.begin.empty()) {
       const auto c = static_cast<std::size_t>(j);
       for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) {
-        sweeps.sweep_segments(box, own, 2, s.batch[b], b + 1 < s.begin[c + 1] ? &s.batch[b + 1] : nullptr);
+        sweeps.sweep_segments(box, own, 2, s.batch[b],
+                              b + 1 < s.begin[c + 1] ? &s.batch[b + 1] : nullptr);
       }
     }
     failures += sweeps.update_row(box, own, j);
@@ -186,7 +196,8 @@ long Flow::Core::filter_plane(Real* own, int k) {
     const SegmentBatches& s = segments[static_cast<std::size_t>(axis)];
     if (s.begin.empty()) return;
     const auto c = static_cast<std::size_t>(k);
-    for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b) kernels->filter_segments(box, own, axis, s.batch[b]);
+    for (std::size_t b = s.begin[c]; b < s.begin[c + 1]; ++b)
+      kernels->filter_segments(box, own, axis, s.batch[b]);
   };
   kernels->filter_x(box, own, k, 0, box.row_groups);
   run(0);
@@ -203,8 +214,9 @@ void Flow::Core::filter_one_plane() {
   {
     Real* own = scratch[static_cast<std::size_t>(omp_get_thread_num())].data();
     const auto filter_cut = [&](int axis) {
-      for_batches_of_plane(segments[static_cast<std::size_t>(axis)],
-                           [&](const SegmentBatch& b) { kernels->filter_segments(box, own, axis, b); });
+      for_batches_of_plane(segments[static_cast<std::size_t>(axis)], [&](const SegmentBatch& b) {
+        kernels->filter_segments(box, own, axis, b);
+      });
     };
 #pragma omp for schedule(static)
     for (int g = 0; g < box.row_groups; ++g) kernels->filter_x(box, own, 0, g, g + 1);
@@ -230,12 +242,14 @@ long Flow::Core::finish_planes() {
 #pragma omp for schedule(runtime)
       for (int j = 0; j < box.n[1]; ++j) {
         const auto c = static_cast<std::size_t>(j);
-        for (std::size_t b = z.begin[c]; b < z.begin[c + 1]; ++b) kernels->filter_segments(box, own, 2, z.batch[b]);
+        for (std::size_t b = z.begin[c]; b < z.begin[c + 1]; ++b)
+          kernels->filter_segments(box, own, 2, z.batch[b]);
       }
     }
     if (n2 > 1) {
 #pragma omp for schedule(runtime)
-      for (int k = 0; k < n2; ++k) failures += box.filter ? filter_plane(own, k) : kernels->finish_plane(box, k);
+      for (int k = 0; k < n2; ++k)
+        failures += box.filter ? filter_plane(own, k) : kernels->finish_plane(box, k);
     }
   }
   if (n2 > 1) return failures;
@@ -245,21 +259,25 @@ long Flow::Core::finish_planes() {
 
 long Flow::Core::run_stage() {
   if (ranks) return run_stage_on_ranks();
-  if (box.n[2] > 1) sweep_planes();
-  else sweep_one_plane();
+  if (box.n[2] > 1)
+    sweep_planes();
+  else
+    sweep_one_plane();
   Lap lap(clock);
   const long failures = update_rows();
   lap.book(Pass::sweep_z);
   return failures;
 }
 
-/// Threads keep their planes and rows, which stay in their memory; where bodies make some of these dearer
-/// than others the threads take a few at a time as they become free.
+/// Threads keep their planes and rows, which stay in their memory; where bodies make some of these
+/// dearer than others the threads take a few at a time as they become free.
 void Flow::Core::share_work_among_threads() const {
   constexpr int turns = 8;
   const int few = std::max(1, std::min(box.n[1], box.n[2]) / (turns * options.threads));
-  if (bodies) omp_set_schedule(omp_sched_dynamic, few);
-  else omp_set_schedule(omp_sched_static, 0);
+  if (bodies)
+    omp_set_schedule(omp_sched_dynamic, few);
+  else
+    omp_set_schedule(omp_sched_static, 0);
 }
 
 bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report) {
@@ -273,8 +291,10 @@ bool Flow::Core::run_stages(double t, double dt, bool repair, StepReport& report
     if (ranks) {
       if (bodies) domain_ghosts().fill_all(options.threads);
     } else if (!ghosts_filled) {
-      if (ghosts_with_planes()) domain_ghosts().fill_all_z(options.threads);
-      else fill_ghosts();
+      if (ghosts_with_planes())
+        domain_ghosts().fill_all_z(options.threads);
+      else
+        fill_ghosts();
     }
     if (bodies) {  // only band nodes change, and no stencil reads the domain ghosts beside those
       bodies->move_to(now);

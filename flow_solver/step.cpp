@@ -1,8 +1,9 @@
-// One step: artificial diffusivity once, then four Runge-Kutta stages (stages.cpp); positivity failures mark
-// nodes and start the step again from the kept q^n.
+// One step: artificial diffusivity once, then four Runge-Kutta stages (stages.cpp); positivity
+// failures mark nodes and start the step again from the kept q^n.
 
 #include "flow_solver/step.hpp"
 
+#include <fmt/format.h>
 #include <omp.h>
 
 #include <algorithm>
@@ -11,8 +12,6 @@
 #include <initializer_list>
 #include <utility>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/boundary/domain_ghosts.hpp"
@@ -32,20 +31,22 @@ constexpr double lenient_drop = 1e-3;
 // for redone ones.
 constexpr double nu_cap = 0.3;
 constexpr double nu_cap_fresh = 1.0;
-// Classical RK4 is stable to 2.83 on the imaginary axis (compact 6, largest modified wavenumber 1.99:
-// Courant number 1.42, compact 8: 1.32) and to 2.78 on the negative real axis; its region holds the
-// ellipse through both, which bounds the step where convection and diffusion act together.
+// Classical RK4 is stable to 2.83 on the imaginary axis (compact 6, largest modified
+// wavenumber 1.99: Courant number 1.42, compact 8: 1.32) and to 2.78 on the negative real axis; its
+// region holds the ellipse through both, which bounds the step where convection and diffusion act
+// together.
 constexpr double convection_limit = 1.32;
 constexpr double diffusion_limit = 2.6;
 
 /// Courant numbers at which the whole filter is applied once per step.
 const double default_cfl = FlowOptions{}.cfl, default_cfl_direction = FlowOptions{}.cfl_direction;
 
-/// Nodes of a plane of which some twenty fields stay in the second cache (2^12 x 20 x 8 B = 0.7 MB).
+/// Nodes of a plane of which some twenty fields stay in the second cache (2^12 x 20 x 8 B = 0.7
+/// MB).
 constexpr int cached_nodes = 4096 * 8 / static_cast<int>(sizeof(Real));
 
-/// Momentum fluxes leave out the pressure at rest where no node has less than this part of it: below, the
-/// difference would cost the node digits.
+/// Momentum fluxes leave out the pressure at rest where no node has less than this part of it:
+/// below, the difference would cost the node digits.
 constexpr double most_rest_pressure = 16.0;
 
 }  // namespace
@@ -67,10 +68,12 @@ void Flow::Core::fill_ghosts() {
 void Flow::Core::fill_scalars(const Block& block, std::span<const int> fields, ScalarGhosts use) {
   const NodeBox part{{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
   for (int axis = 0; axis < 3; ++axis) {
-    for (const int field : fields) fill_scalar_ghosts(grid, boundaries, part, block, field, axis, options.threads);
+    for (const int field : fields)
+      fill_scalar_ghosts(grid, boundaries, part, block, field, axis, options.threads);
     if (!ranks) continue;
-    auto& halos = use == ScalarGhosts::differences ? ranks->theta
-                                                   : (use == ScalarGhosts::average ? ranks->sensors : ranks->kappa);
+    auto& halos = use == ScalarGhosts::differences
+                      ? ranks->theta
+                      : (use == ScalarGhosts::average ? ranks->sensors : ranks->kappa);
     Halo& halo = halos[static_cast<std::size_t>(axis)];
     halo.start(block);
     wait_for([&] { halo.wait(); });
@@ -92,10 +95,13 @@ double Flow::Core::convective_step(double cfl, double cfl_direction) const {
   return std::min(cfl / convection, cfl_direction / fastest);
 }
 
-bool Flow::Core::fresh_charge() const { return p_max > fresh_ratio * p_min; }
+bool Flow::Core::fresh_charge() const {
+  return p_max > fresh_ratio * p_min;
+}
 
 double Flow::Core::rest_pressure() const {
-  if (!is_single || radial.power > 0) return 0.0;  // a radius takes the pressure as a plain gradient
+  if (!is_single || radial.power > 0)
+    return 0.0;  // a radius takes the pressure as a plain gradient
   const State& s = options.quiescent;
   const double gas_constant = options.gas.gas_constant;
   const Real p = static_cast<Real>(s.rho) * static_cast<Real>(gas_constant) *
@@ -130,7 +136,8 @@ void Flow::Core::prepare() {
   if (!ghosts_filled) fill_ghosts();
   if (bodies) {
     bodies->compute_ghosts(view_of(ctx.W, ctx.bulk));
-    if (ranks) fill_ghosts();  // other ranks read the band; no stencil reads the domain ghosts beside it
+    if (ranks)
+      fill_ghosts();  // other ranks read the band; no stencil reads the domain ghosts beside it
   }
   refresh_box();
   lap.book(Pass::ghosts);
@@ -155,7 +162,8 @@ void Flow::Core::prepare() {
   share_maxima();
   ctx.rest_pressure = box.rest_pressure = rest_pressure();
   diffusion = 0.0;
-  ctx.cap = (fresh_charge() ? nu_cap_fresh : nu_cap) / convective_step(options.cfl, options.cfl_direction);
+  ctx.cap = (fresh_charge() ? nu_cap_fresh : nu_cap) /
+            convective_step(options.cfl, options.cfl_direction);
   box.cap = ctx.cap;
   if (options.artificial_diffusivity || ctx.nodal_stress) {
     const auto fields = [&](std::initializer_list<int> always, int strain) {
@@ -176,14 +184,17 @@ void Flow::Core::prepare() {
     if (ctx.nodal_stress) {
       // No other rank's mu is read: the fluxes at the borders are known.
       const NodeBox part{{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
-      for (int axis = 0; axis < 3; ++axis) fill_scalar_ghosts(grid, boundaries, part, ctx.W, field_mu, axis, threads);
+      for (int axis = 0; axis < 3; ++axis)
+        fill_scalar_ghosts(grid, boundaries, part, ctx.W, field_mu, axis, threads);
     }
   }
   lap.book(Pass::sensors);
   prepared = true;
 }
 
-void Flow::set_time(double t) { core_->set_time(t); }
+void Flow::set_time(double t) {
+  core_->set_time(t);
+}
 
 double Flow::stable_step() {
   Core& c = *core_;
@@ -216,13 +227,17 @@ StepReport Flow::advance(double t, double dt) {
   Lap lap(c.clock);
   c.kept_mark = c.mark;
   c.age_marks();
-  if (c.muscl == nullptr) c.premark(report);  // limited slopes need no warning
-  else if (c.ctx.any_mark) c.set_line_marks();
+  if (c.muscl == nullptr)
+    c.premark(report);  // limited slopes need no warning
+  else if (c.ctx.any_mark)
+    c.set_line_marks();
   lap.book(Pass::other);
   const bool floors = c.options.floor_density > 0.0 && c.options.floor_pressure > 0.0;
   c.ctx.drop_limit = strict_drop;
   c.ctx.filter_strength =
-      c.options.filter_per_time ? std::min(1.0, dt / c.convective_step(default_cfl, default_cfl_direction)) : 1.0;
+      c.options.filter_per_time
+          ? std::min(1.0, dt / c.convective_step(default_cfl, default_cfl_direction))
+          : 1.0;
   while (!c.run_stages(t, dt, floors && report.redone == most_tries, report)) {
     if (report.redone == most_tries) c.throw_failure(t, dt);
     ++report.redone;
@@ -232,7 +247,8 @@ StepReport Flow::advance(double t, double dt) {
   }
   report.marked_nodes = c.count_marks();
   if (c.ranks && c.ctx.any_mark) {  // the same on all ranks; nothing is floored without marks
-    double counts[2] = {static_cast<double>(report.marked_nodes), static_cast<double>(report.floored_nodes)};
+    double counts[2] = {static_cast<double>(report.marked_nodes),
+                        static_cast<double>(report.floored_nodes)};
     c.ranks->ranks().sum_of_all(counts);
     report.marked_nodes = static_cast<std::size_t>(counts[0]);
     report.floored_nodes = static_cast<std::size_t>(counts[1]);
@@ -250,7 +266,8 @@ StepReport Flow::advance(double t, double dt) {
     report.topology = c.bodies->update_topology(c.view_of(c.ctx.W, c.ctx.bulk));
     if (report.topology.renewed) {
       c.take_topology(true);
-      c.ghosts_filled = c.ghosts_filled && report.topology.fresh_nodes + report.topology.rebuilt_nodes == 0;
+      c.ghosts_filled =
+          c.ghosts_filled && report.topology.fresh_nodes + report.topology.rebuilt_nodes == 0;
     }
   }
   return report;

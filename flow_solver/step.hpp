@@ -20,7 +20,8 @@
 
 namespace ocublast::flow::inline OCU_PRECISION {
 
-/// What a step needs of immersed bodies; ImmersedBoundary behind it in a run, simpler ones in tests.
+/// What a step needs of immersed bodies; ImmersedBoundary behind it in a run, simpler ones in
+/// tests.
 class BodiesInFlow {
  public:
   virtual ~BodiesInFlow() = default;
@@ -48,13 +49,13 @@ enum class DiffusivityForm { recommended, paper };
 struct FlowOptions {
   Gas gas;
   Viscosity viscosity = Viscosity::none;
-  double dynamic_viscosity = 1.716e-5;         ///< Pa s, constant, or Sutherland's at the reference T
-  double sutherland_reference = 273.15;        ///< K
-  double sutherland_temperature = 110.4;       ///< K
+  double dynamic_viscosity = 1.716e-5;    ///< Pa s, constant, or Sutherland's at the reference T
+  double sutherland_reference = 273.15;   ///< K
+  double sutherland_temperature = 110.4;  ///< K
   double prandtl = 0.71;
   Scheme scheme = Scheme::compact6;
-  double cfl = 1.2;                            ///< on the sum over directions of (|u| + c)/h
-  double cfl_direction = 0.9;                  ///< on the largest (|u| + c)/h of one direction
+  double cfl = 1.2;            ///< on the sum over directions of (|u| + c)/h
+  double cfl_direction = 0.9;  ///< on the largest (|u| + c)/h of one direction
   bool filter = true;
   /// Applies the filter's correction in proportion to the step: as much per time at any step as at
   /// the default Courant numbers, for which its parameter was chosen. Else once whole per step.
@@ -64,28 +65,30 @@ struct FlowOptions {
   DiffusivityForm diffusivity_form = DiffusivityForm::recommended;
   Sensor sensor = Sensor::theta_compression;
   double C_beta = 1.0;
-  double C_mu = 0.002;                         ///< acts with viscosity, or in the paper's form
+  double C_mu = 0.002;  ///< acts with viscosity, or in the paper's form
   double C_kappa = 0.01;
-  double premark_ratio = 10.0;                 ///< pressure ratio of neighbours that marks both
-  double premark_ratio_fresh = 4.0;            ///< the same while the field's ratio is above 100
+  double premark_ratio = 10.0;       ///< pressure ratio of neighbours that marks both
+  double premark_ratio_fresh = 4.0;  ///< the same while the field's ratio is above 100
   /// Absolute floors for a field that redoing the step cannot cure; 0: throw instead.
-  double floor_density = 0.0;                  ///< kg/m^3
-  double floor_pressure = 0.0;                 ///< Pa
-  /// Computes only a box that holds every node that differs from `quiescent`, with a margin; the gas
-  /// outside must be at rest in that state. The box only grows.
+  double floor_density = 0.0;   ///< kg/m^3
+  double floor_pressure = 0.0;  ///< Pa
+  /// Computes only a box that holds every node that differs from `quiescent`, with a margin; the
+  /// gas outside must be at rest in that state. The box only grows.
   bool active_box = false;
   State quiescent;
-  double active_tolerance = 1e-9;              ///< relative difference that counts as disturbed
-  int active_margin = 16;                      ///< nodes between a disturbed one and the box's faces
+  double active_tolerance = 1e-9;  ///< relative difference that counts as disturbed
+  int active_margin = 16;          ///< nodes between a disturbed one and the box's faces
   int threads = 1;
-  std::array<int, 3> rank_blocks{};            ///< blocks along x, y, z under ranks; 0: the least area between them
-  PlaneWork rank_work;                         ///< what the blocks shall share equally; empty: the nodes
-  bool time_passes = false;                    ///< take the processor time of the parts of a step
-  std::string instruction_set;                 ///< "", "baseline", "avx2", "avx512"; "": best present
+  std::array<int, 3>
+      rank_blocks{};         ///< blocks along x, y, z under ranks; 0: the least area between them
+  PlaneWork rank_work;       ///< what the blocks shall share equally; empty: the nodes
+  bool time_passes = false;  ///< take the processor time of the parts of a step
+  std::string instruction_set;  ///< "", "baseline", "avx2", "avx512"; "": best present
 };
 
-/// What `active_tolerance` is raised to at least: in single precision density, velocity and temperature of
-/// gas at rest are known to a few roundings of 6e-8, and what a front radiates ahead of itself is as large.
+/// What `active_tolerance` is raised to at least: in single precision density, velocity and
+/// temperature of gas at rest are known to a few roundings of 6e-8, and what a front radiates ahead
+/// of itself is as large.
 inline constexpr double least_active_tolerance = is_single ? 1e-6 : 0.0;
 
 /// What a step did; counts are printed, never silent.
@@ -102,10 +105,10 @@ struct StepReport {
 
 /// Integrals over the fluid nodes' cells.
 struct Totals {
-  double volume = 0.0;                    ///< m^3 (m^2 in 2-D, m in 1-D)
-  double mass = 0.0;                      ///< kg (per m in 2-D, per m^2 in 1-D)
-  std::array<double, 3> momentum{};       ///< kg m/s
-  double energy = 0.0;                    ///< J
+  double volume = 0.0;               ///< m^3 (m^2 in 2-D, m in 1-D)
+  double mass = 0.0;                 ///< kg (per m in 2-D, per m^2 in 1-D)
+  std::array<double, 3> momentum{};  ///< kg m/s
+  double energy = 0.0;               ///< J
 };
 
 /// Part of what a bit-exact resume needs.
@@ -119,10 +122,10 @@ struct CheckpointPart {
 /// All memory is taken by the constructor.
 class Flow {
  public:
-  /// Throws CaseError for boundaries that do not fit (one periodic face without its partner). With several
-  /// ranks each one holds a block of the grid; everything that says "all" or gives a sum, maximum or step
-  /// is then collective, as are the constructor, set_state, advance and fill_domain_ghosts. `ranks`
-  /// outlives the flow.
+  /// Throws CaseError for boundaries that do not fit (one periodic face without its partner). With
+  /// several ranks each one holds a block of the grid; everything that says "all" or gives a sum,
+  /// maximum or step is then collective, as are the constructor, set_state, advance and
+  /// fill_domain_ghosts. `ranks` outlives the flow.
   Flow(Grid grid, Boundaries boundaries, const FlowOptions& options, const Ranks* ranks = nullptr);
   ~Flow();
   Flow(Flow&&) noexcept;
@@ -165,22 +168,24 @@ class Flow {
   /// Largest step [s] by convection and diffusion at the current state.
   [[nodiscard]] double stable_step();
   /// One step from t to t + dt. Throws NumericsError (cell, position, time, state) for a state that
-  /// redoing the step cannot cure. With bodies: their walls move along their paths, and the topology
-  /// is brought to t + dt at the end.
+  /// redoing the step cannot cure. With bodies: their walls move along their paths, and the
+  /// topology is brought to t + dt at the end.
   StepReport advance(double t, double dt);
 
-  /// After `advance` has thrown NumericsError: brings back the state at the start of that step, at time
-  /// t [s], with the marks it had.
+  /// After `advance` has thrown NumericsError: brings back the state at the start of that step, at
+  /// time t [s], with the marks it had.
   void roll_back(double t);
-  /// Gives all faces of kind outflow this gas as the one far away. Not together with the active box.
+  /// Gives all faces of kind outflow this gas as the one far away. Not together with the active
+  /// box.
   void set_incoming(const std::shared_ptr<const IncomingGas>& gas);
 
   void fill_domain_ghosts();
   [[nodiscard]] Totals totals() const;
-  /// Processor seconds by pass (pass_clock.hpp) of the first thread since the start; all zero without
-  /// FlowOptions::time_passes.
+  /// Processor seconds by pass (pass_clock.hpp) of the first thread since the start; all zero
+  /// without FlowOptions::time_passes.
   [[nodiscard]] std::span<const double> pass_seconds() const;
-  /// Nodes with first-order fluxes in the last step, [k, j, n_x rounded up to a tile] of this rank's block.
+  /// Nodes with first-order fluxes in the last step, [k, j, n_x rounded up to a tile] of this
+  /// rank's block.
   [[nodiscard]] std::span<const std::uint8_t> marks() const;
 
   /// Everything beside the time that a resumed run needs; valid until the next step. After writing
@@ -188,9 +193,9 @@ class Flow {
   [[nodiscard]] std::vector<CheckpointPart> checkpoint();
   void restored();
 
-  /// The same by nodes of the whole grid, for files: mark of a node (0: none), and the active box as its
-  /// first and its end nodes. After writing into primitives, conserved and marks of this rank's nodes call
-  /// `restored_nodes`. Collective.
+  /// The same by nodes of the whole grid, for files: mark of a node (0: none), and the active box
+  /// as its first and its end nodes. After writing into primitives, conserved and marks of this
+  /// rank's nodes call `restored_nodes`. Collective.
   [[nodiscard]] std::uint8_t mark(int i, int j, int k) const;
   void set_mark(int i, int j, int k, std::uint8_t mark);
   [[nodiscard]] std::array<int, 6> active_box() const;

@@ -50,9 +50,10 @@ class Coupled {
     if (participant_ != nullptr) {
       const auto& surface = share_.surface();
       participant_->take_forces();
-      participant_->send_mesh(
-          {.name = surface.name, .vertices = surface.vertices, .triangles = surface.triangles,
-           .n_quads = surface.n_quads});
+      participant_->send_mesh({.name = surface.name,
+                               .vertices = surface.vertices,
+                               .triangles = surface.triangles,
+                               .n_quads = surface.n_quads});
       participant_->ready(session_.run().stable_step(), session_.progress().window,
                           session_.run().state().time);
     }

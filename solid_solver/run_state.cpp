@@ -57,7 +57,18 @@ double SolidRun::mass_per_area(double window) const {
 }
 
 EnergyTable SolidRun::compute_energies(const CellResults& cells) {
-  enum { kinetic, square, internal, hourglass, stored, viscous, relaxation, damping, external, coupling };
+  enum {
+    kinetic,
+    square,
+    internal,
+    hourglass,
+    stored,
+    viscous,
+    relaxation,
+    damping,
+    external,
+    coupling
+  };
   std::array<double, coupling + 2> part{};
   for (std::size_t n = 0; n < mass_.size(); ++n)
     for (std::size_t i = 0; team().counts(n) && i < 3; ++i) {

@@ -34,8 +34,9 @@ struct StepControl {
   double shrink_limit = 0.05;  ///< relative change of the elements' step that renews the estimate
   int renew_every = 1000;      ///< steps after which it is renewed anyway: laws may stiffen
   bool sleep = true;           ///< skip windows in which nothing can move
-  /// Interface loads up to this do not wake a body at rest, Pa: they are left out, as if zero, until
-  /// something else wakes it. 0: exact. What that costs is counted (RunningSums::ignored_impulse).
+  /// Interface loads up to this do not wake a body at rest, Pa: they are left out, as if zero,
+  /// until something else wakes it. 0: exact. What that costs is counted
+  /// (RunningSums::ignored_impulse).
   double quiet_overpressure = 0.0;
   double energy_error_limit = 0.05;  ///< of the peak energy; beyond it the run stops
 };
@@ -132,8 +133,8 @@ struct RunningSums {
   double last_step = 0.0;     ///< s
   double peak_energy = 0.0;   ///< J
   double steps = 0.0;
-  double steps_slept = 0.0;  ///< steps not taken while asleep
-  double coupling = 0.0;     ///< J, part of external
+  double steps_slept = 0.0;       ///< steps not taken while asleep
+  double coupling = 0.0;          ///< J, part of external
   double ignored_pressure = 0.0;  ///< Pa, largest interface load left out while asleep
   /// Pa s: largest load times duration of those windows. The speed they would have given is below
   /// this over the least mass per area.
@@ -220,7 +221,8 @@ class SolidRun {
     std::vector<double> pressure;  ///< [nodes] now, Pa
     std::vector<double> forces;    ///< [nodes, 3] now, N
     std::vector<double> last_end;  ///< coupled: [nodes] at the end of the last window, Pa
-    std::vector<double> force_begin;  ///< coupled, given forces: [nodes, 3] at the window's begin, N
+    std::vector<double>
+        force_begin;  ///< coupled, given forces: [nodes, 3] at the window's begin, N
   };
   struct StepTimes {
     double t_old;

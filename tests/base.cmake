@@ -6,3 +6,12 @@ target_link_libraries(ranks_probe PRIVATE ocublast_ranks ocublast_warnings)
 ocublast_test(NAME test_ranks LABEL unit SOURCES unit/ranks.cpp LIBRARIES ocublast_ranks)
 target_compile_definitions(test_ranks PRIVATE RANKS_PROBE="$<TARGET_FILE:ranks_probe>")
 add_dependencies(test_ranks ranks_probe)
+
+# Formatting is what clang-format makes of it; another version makes something else of it.
+find_program(CLANG_FORMAT clang-format-14)
+if(CLANG_FORMAT)
+  add_test(NAME base_format COMMAND sh -c
+           "find coupler flow_solver proto solid_solver tests -name '*.[ch]pp' -print0 | xargs -0 -P 2 -n 40 ${CLANG_FORMAT} --dry-run -Werror"
+           WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+  set_tests_properties(base_format PROPERTIES LABELS unit TIMEOUT 300)
+endif()

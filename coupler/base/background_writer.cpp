@@ -16,7 +16,8 @@ BackgroundWriter::~BackgroundWriter() {
 void BackgroundWriter::post(std::size_t bytes, std::function<void()> job) {
   std::unique_lock lock(mutex_);
   // A job larger than the bound alone waits for all others.
-  changed_.wait(lock, [&] { return (jobs_.empty() && !busy_) || queued_bytes_ + bytes <= most_bytes_; });
+  changed_.wait(lock,
+                [&] { return (jobs_.empty() && !busy_) || queued_bytes_ + bytes <= most_bytes_; });
   rethrow();
   jobs_.push_back({bytes, std::move(job)});
   queued_bytes_ += bytes;

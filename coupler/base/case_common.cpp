@@ -18,21 +18,24 @@ CaseCommon read_case_common(CaseReader& reader) {
             {.unit = "s", .min = 0.0, .above_min = true, .required = true, .help = "end time"});
   auto ambient = reader.section("ambient", "the undisturbed air");
   ambient.real("pressure_Pa", common.ambient_pressure,
-               {.unit = "Pa", .min = 0.0, .above_min = true, .required = true,
+               {.unit = "Pa",
+                .min = 0.0,
+                .above_min = true,
+                .required = true,
                 .help = "absolute pressure; loads on solids are relative to it"});
-  ambient.real("temperature_K", common.ambient_temperature,
-               {.unit = "K", .min = 0.0, .above_min = true, .required = true,
-                .help = "temperature"});
-  reader.expect_sections({"case", "time", "ambient", "coupling", "flow", "solid", "mesh",
-                          "resolution", "report"});
+  ambient.real(
+      "temperature_K", common.ambient_temperature,
+      {.unit = "K", .min = 0.0, .above_min = true, .required = true, .help = "temperature"});
+  reader.expect_sections(
+      {"case", "time", "ambient", "coupling", "flow", "solid", "mesh", "resolution", "report"});
   return common;
 }
 
 void check_interval(Section& section, std::string_view key, double every, double end_time) {
   constexpr double most = 1e6;
   if (section.listing() || every <= 0.0 || end_time <= most * every) return;
-  section.fault(key, fmt::format("is {} s, more than a million times in {} s; accepted >= {} s", every, end_time,
-                                 end_time / most));
+  section.fault(key, fmt::format("is {} s, more than a million times in {} s; accepted >= {} s",
+                                 every, end_time, end_time / most));
 }
 
 }  // namespace ocublast

@@ -19,8 +19,8 @@ struct CaseCommon {
 /// Declares and reads [case], [time], [ambient]; refuses top-level tables that nobody reads.
 [[nodiscard]] CaseCommon read_case_common(CaseReader& reader);
 
-/// A fault of the key where an interval of outputs, s, makes more than a million of them in a run to
-/// `end_time`; 0 means none.
+/// A fault of the key where an interval of outputs, s, makes more than a million of them in a run
+/// to `end_time`; 0 means none.
 void check_interval(Section& section, std::string_view key, double every, double end_time);
 
 }  // namespace ocublast

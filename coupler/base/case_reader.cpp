@@ -19,11 +19,14 @@ std::size_t index_in(const toml::array& array, const std::string& part) {
   const auto index = std::strtoul(part.c_str(), &end, 10);
   if (!part.empty() && *end == '\0') return std::min<std::size_t>(index, array.size());
   for (std::size_t i = 0; i < array.size(); ++i)
-    if (const auto* table = array.get(i)->as_table(); table && (*table)["name"].value<std::string>() == part) return i;
+    if (const auto* table = array.get(i)->as_table();
+        table && (*table)["name"].value<std::string>() == part)
+      return i;
   return array.size();
 }
 
-/// Sets `root` at a dotted key (array entries by index or name) to a TOML value or, failing that, a string.
+/// Sets `root` at a dotted key (array entries by index or name) to a TOML value or, failing that, a
+/// string.
 void apply_override(toml::table& root, const std::string& key, toml::node& value) {
   toml::node* at = &root;
   std::size_t begin = 0;
@@ -41,10 +44,11 @@ void apply_override(toml::table& root, const std::string& key, toml::node& value
     } else if (auto* array = at->as_array()) {
       const auto index = index_in(*array, part);
       if (index >= array->size())
-        throw CaseError(fmt::format("--set {}: '{}' is no index or name in a list of {} entries", key, part,
-                                    array->size()));
+        throw CaseError(fmt::format("--set {}: '{}' is no index or name in a list of {} entries",
+                                    key, part, array->size()));
       if (last) {
-        value.visit([&](auto& v) { array->replace(array->cbegin() + static_cast<long>(index), v); });
+        value.visit(
+            [&](auto& v) { array->replace(array->cbegin() + static_cast<long>(index), v); });
         return;
       }
       at = array->get(index);
@@ -76,8 +80,8 @@ CaseReader::CaseReader(const Source& source) : state_(std::make_unique<State>())
   state_->case_file = source.case_file;
   state_->mesh_directory = source.mesh_directory;
   if (!std::filesystem::is_regular_file(source.case_file))
-    throw CaseError(fmt::format("{}: no such case file; try cases/run --list",
-                                source.case_file.string()));
+    throw CaseError(
+        fmt::format("{}: no such case file; try cases/run --list", source.case_file.string()));
   try {
     state_->root = toml::parse_file(source.case_file.string());
   } catch (const toml::parse_error& error) {
@@ -131,17 +135,22 @@ void CaseReader::State::choose_solid(const std::string& wanted) {
   auto* array = root.contains("solid") ? root.get("solid")->as_array() : nullptr;
   if (array == nullptr) {
     if (root.contains("solid")) solids.emplace_back();
-    if (!wanted.empty()) throw CaseError(fmt::format("--name {}: the case has no list of tables [[solid]]", wanted));
+    if (!wanted.empty())
+      throw CaseError(fmt::format("--name {}: the case has no list of tables [[solid]]", wanted));
     return;
   }
   toml::table* chosen = nullptr;
   for (auto& entry : *array) {
     auto* table = entry.as_table();
     const std::string name = table ? (*table)["name"].value_or(std::string()) : std::string();
-    const bool plain = !name.empty() && name != "flow" && name != "coupler" && name != "log" && name != "checkpoint" &&
-                       std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
+    const bool plain = !name.empty() && name != "flow" && name != "coupler" && name != "log" &&
+                       name != "checkpoint" &&
+                       std::all_of(name.begin(), name.end(), [](unsigned char c) {
+                         return std::isalnum(c) || c == '_' || c == '-';
+                       });
     if (!plain)
-      faults.push_back(place("solid", &entry) + ": each of several solids needs a name of letters, digits, _ and -");
+      faults.push_back(place("solid", &entry) +
+                       ": each of several solids needs a name of letters, digits, _ and -");
     else if (std::find(solids.begin(), solids.end(), name) != solids.end())
       faults.push_back(fmt::format("{}: two solids are called '{}'", place("solid", &entry), name));
     else
@@ -150,13 +159,16 @@ void CaseReader::State::choose_solid(const std::string& wanted) {
   }
   if (wanted.empty()) return;
   if (chosen == nullptr)
-    throw CaseError(fmt::format("--name {}: no solid is called so; there are {}", wanted, fmt::join(solids, ", ")));
+    throw CaseError(fmt::format("--name {}: no solid is called so; there are {}", wanted,
+                                fmt::join(solids, ", ")));
   toml::table copy = *chosen;
   copy.erase("name");
   root.insert_or_assign("solid", std::move(copy));
 }
 
-const std::vector<std::string>& CaseReader::solids() const { return state_->solids; }
+const std::vector<std::string>& CaseReader::solids() const {
+  return state_->solids;
+}
 
 CaseReader CaseReader::make_listing() {
   auto state = std::make_unique<State>();
@@ -172,8 +184,9 @@ Section CaseReader::section(std::string_view name, std::string_view help) {
     nodes->table = node->as_table();
     if (nodes->table == nullptr)
       state_->faults.push_back(state_->place(key, node) +
-                               (key == "solid" && node->is_array() ? ": several solids: --name says which one"
-                                                                   : ": expected a table"));
+                               (key == "solid" && node->is_array()
+                                    ? ": several solids: --name says which one"
+                                    : ": expected a table"));
   }
   if (state_->listing && !help.empty()) state_->keys.push_back(fmt::format("[{}]  {}", name, help));
   if (nodes->table != nullptr || state_->listing)
@@ -191,9 +204,9 @@ void CaseReader::expect_sections(std::span<const std::string_view> names) {
     const std::string name(key.str());
     if (known.contains(name)) continue;
     const std::string nearest = nearest_word(name, known);
-    state_->faults.push_back(fmt::format("{}: no such table{}", state_->place(name, &node),
-                                         nearest.empty() ? std::string()
-                                                         : "; did you mean '" + nearest + "'?"));
+    state_->faults.push_back(
+        fmt::format("{}: no such table{}", state_->place(name, &node),
+                    nearest.empty() ? std::string() : "; did you mean '" + nearest + "'?"));
   }
 }
 
@@ -218,6 +231,8 @@ std::string CaseReader::key_list() const {
   return text;
 }
 
-std::uint64_t CaseReader::hash() const { return state_->hash; }
+std::uint64_t CaseReader::hash() const {
+  return state_->hash;
+}
 
 }  // namespace ocublast

@@ -44,8 +44,8 @@ struct TextKey {
 class CaseReader;
 
 /// One table of the case file. Each key is declared by one call that names it, gives its unit,
-/// range, default and help, and reads it into the caller's struct. The same calls, made on a listing
-/// reader, produce `--list-keys`. Faults are collected, never thrown here.
+/// range, default and help, and reads it into the caller's struct. The same calls, made on a
+/// listing reader, produce `--list-keys`. Faults are collected, never thrown here.
 class Section {
  public:
   void real(std::string_view name, double& value, const RealKey& key);
@@ -101,8 +101,8 @@ class Section {
   std::shared_ptr<Nodes> nodes_;
 };
 
-/// Reads a case file whole, applies the chosen `[resolution.NAME]` preset and the `--set` overrides,
-/// hands out sections and gathers every fault, so that all of them are shown together.
+/// Reads a case file whole, applies the chosen `[resolution.NAME]` preset and the `--set`
+/// overrides, hands out sections and gathers every fault, so that all of them are shown together.
 class CaseReader {
  public:
   struct Source {
@@ -122,8 +122,8 @@ class CaseReader {
   /// A top-level table that the caller owns: unread keys in it are faults.
   [[nodiscard]] Section section(std::string_view name, std::string_view help = {});
   [[nodiscard]] bool has(std::string_view section) const;
-  /// Names of the solids: of the [[solid]] tables, or one empty name for a single [solid]; none where
-  /// there is neither.
+  /// Names of the solids: of the [[solid]] tables, or one empty name for a single [solid]; none
+  /// where there is neither.
   [[nodiscard]] const std::vector<std::string>& solids() const;
   /// Top-level tables that some program reads; any other name is a fault.
   void expect_sections(std::span<const std::string_view> names);

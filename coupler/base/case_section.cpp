@@ -17,8 +17,12 @@ void keep(toml::table* effective, std::string_view name, const T& value) {
 
 }  // namespace
 
-bool Section::listing() const { return reader_->state_->listing; }
-bool Section::present() const { return listing() || nodes_->table != nullptr; }
+bool Section::listing() const {
+  return reader_->state_->listing;
+}
+bool Section::present() const {
+  return listing() || nodes_->table != nullptr;
+}
 bool Section::has(std::string_view name) const {
   return listing() || (nodes_->table != nullptr && nodes_->table->contains(name));
 }
@@ -28,7 +32,8 @@ void Section::fault(std::string_view name, std::string_view text) {
   if (node != nullptr && !name.empty() && nodes_->table->contains(name))
     node = nodes_->table->get(name);
   const std::string full = join(path_, name);
-  reader_->state_->faults.push_back(fmt::format("{}: {}", reader_->state_->place(full, node), text));
+  reader_->state_->faults.push_back(
+      fmt::format("{}: {}", reader_->state_->place(full, node), text));
 }
 
 namespace {
@@ -37,24 +42,24 @@ namespace {
 std::string describe(std::string_view path, std::string_view type, std::string_view unit,
                      std::string_view accepted, bool required, std::string_view fallback,
                      std::string_view help) {
-  return fmt::format("{}  {}{}{}  accepted {}  {}  {}", path, type, unit.empty() ? "" : " in ", unit,
-                     accepted, required ? "required" : fmt::format("default {}", fallback), help);
+  return fmt::format("{}  {}{}{}  accepted {}  {}  {}", path, type, unit.empty() ? "" : " in ",
+                     unit, accepted, required ? "required" : fmt::format("default {}", fallback),
+                     help);
 }
 
 }  // namespace
 
-#define OCU_LOOK_UP_OR_RETURN(type_name, unit, accepted, default_text)                             \
-  auto& state = *reader_->state_;                                                                  \
-  state.known[path_].insert(std::string(name));                                                    \
-  if (state.listing) {                                                                             \
-    state.keys.push_back(describe(join(path_, name), type_name, unit, accepted, key.required,      \
-                                  default_text, key.help));                                        \
-    return;                                                                                        \
-  }                                                                                                \
-  const toml::node* node = nodes_->table != nullptr ? nodes_->table->get(name) : nullptr;          \
-  if (node == nullptr) {                                                                           \
-    if (key.required)                                                                              \
-      fault(name, fmt::format("missing, accepted {}: {}", accepted, key.help));                    \
+#define OCU_LOOK_UP_OR_RETURN(type_name, unit, accepted, default_text)                          \
+  auto& state = *reader_->state_;                                                               \
+  state.known[path_].insert(std::string(name));                                                 \
+  if (state.listing) {                                                                          \
+    state.keys.push_back(describe(join(path_, name), type_name, unit, accepted, key.required,   \
+                                  default_text, key.help));                                     \
+    return;                                                                                     \
+  }                                                                                             \
+  const toml::node* node = nodes_->table != nullptr ? nodes_->table->get(name) : nullptr;       \
+  if (node == nullptr) {                                                                        \
+    if (key.required) fault(name, fmt::format("missing, accepted {}: {}", accepted, key.help)); \
   }
 
 void Section::real(std::string_view name, double& value, const RealKey& key) {
@@ -67,9 +72,9 @@ void Section::real(std::string_view name, double& value, const RealKey& key) {
     }
     const double found = *node->value<double>();
     if (!in_range(found, key)) {
-      fault(name, fmt::format("{} is {}, accepted {}{}{}", name,
-                              with_unit(number_text(found), key.unit), accepted,
-                              key.advice.empty() ? "" : "; ", key.advice));
+      fault(name,
+            fmt::format("{} is {}, accepted {}{}{}", name, with_unit(number_text(found), key.unit),
+                        accepted, key.advice.empty() ? "" : "; ", key.advice));
       return;
     }
     value = found;
@@ -114,12 +119,13 @@ void Section::real3(std::string_view name, std::array<double, 3>& value, const R
 }
 
 void Section::integer(std::string_view name, std::int64_t& value, const IntegerKey& key) {
-  const std::string accepted = range_text({.min = key.min == std::numeric_limits<std::int64_t>::min()
-                                                      ? -std::numeric_limits<double>::infinity()
-                                                      : static_cast<double>(key.min),
-                                           .max = key.max == std::numeric_limits<std::int64_t>::max()
-                                                      ? std::numeric_limits<double>::infinity()
-                                                      : static_cast<double>(key.max)});
+  const std::string accepted =
+      range_text({.min = key.min == std::numeric_limits<std::int64_t>::min()
+                             ? -std::numeric_limits<double>::infinity()
+                             : static_cast<double>(key.min),
+                  .max = key.max == std::numeric_limits<std::int64_t>::max()
+                             ? std::numeric_limits<double>::infinity()
+                             : static_cast<double>(key.max)});
   OCU_LOOK_UP_OR_RETURN("integer", "", accepted, std::to_string(value))
   if (node != nullptr) {
     const auto found = node->value_exact<std::int64_t>();
@@ -224,8 +230,8 @@ std::size_t Section::choice_index(std::string_view name, std::size_t fallback,
   auto& state = *reader_->state_;
   state.known[path_].insert(std::string(name));
   if (state.listing) {
-    state.keys.push_back(describe(join(path_, name), "word", "", words, key.required,
-                                  accepted[fallback], key.help));
+    state.keys.push_back(
+        describe(join(path_, name), "word", "", words, key.required, accepted[fallback], key.help));
     return fallback;
   }
   const toml::node* node = nodes_->table != nullptr ? nodes_->table->get(name) : nullptr;

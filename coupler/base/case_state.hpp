@@ -2,14 +2,14 @@
 
 // What the parts of the case reader share; nobody else includes this.
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <map>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <fmt/format.h>
 #define TOML_ENABLE_FORMATTERS 1
 #include <toml++/toml.h>
 
@@ -44,10 +44,10 @@ struct CaseReader::State {
   toml::table effective;
   std::vector<std::string> faults;
   std::vector<std::string> keys;
-  std::vector<std::string> solids;                        ///< names; one empty name: a single [solid]
-  std::uint64_t hash = 0;                                 ///< of the whole case
-  std::set<std::string> owned;                            ///< top-level tables read here
-  std::map<std::string, std::set<std::string>> known;     ///< table path -> names declared
+  std::vector<std::string> solids;                     ///< names; one empty name: a single [solid]
+  std::uint64_t hash = 0;                              ///< of the whole case
+  std::set<std::string> owned;                         ///< top-level tables read here
+  std::map<std::string, std::set<std::string>> known;  ///< table path -> names declared
   std::map<std::string, std::string> source_of_override;  ///< dotted key -> where it was set
 
   [[nodiscard]] std::string place(const std::string& path, const toml::node* node) const {

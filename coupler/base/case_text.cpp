@@ -40,7 +40,9 @@ std::string nearest_word(std::string_view word, const std::set<std::string>& kno
   return best;
 }
 
-std::string number_text(double value) { return fmt::format("{:.10g}", value); }
+std::string number_text(double value) {
+  return fmt::format("{:.10g}", value);
+}
 
 std::string range_text(const RealKey& key) {
   const bool bounded_below = std::isfinite(key.min);

@@ -4,8 +4,9 @@
 
 namespace ocublast {
 
-/// Weights of the corners a, b, c (they sum to 1) at the point of the triangle nearest to p (Ericson,
-/// Real-Time Collision Detection, 2005, section 5.1.5). Points have three components [0], [1], [2].
+/// Weights of the corners a, b, c (they sum to 1) at the point of the triangle nearest to p
+/// (Ericson, Real-Time Collision Detection, 2005, section 5.1.5). Points have three components [0],
+/// [1], [2].
 template <class Point>
 [[nodiscard]] std::array<double, 3> closest_weights(const Point& p, const Point& a, const Point& b,
                                                     const Point& c) {

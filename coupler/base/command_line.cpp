@@ -1,9 +1,9 @@
 #include "coupler/base/command_line.hpp"
 
-#include <cstdio>
+#include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
+#include <cstdio>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/version.hpp"
@@ -17,7 +17,8 @@ std::optional<CommandLine> parse_command_line(int argc, char** argv, const std::
   app.set_version_flag("--version", fmt::format("{} {}", program, version_text));
   app.add_option("case", line.source.case_file, "case file (case.toml)");
   app.add_option("--set", line.source.overrides, "dotted.key=value, may be repeated")
-      ->expected(1)->take_all();
+      ->expected(1)
+      ->take_all();
   app.add_option("--mesh-dir", line.source.mesh_directory, "where the case's meshes lie");
   app.add_option("--name", line.source.solid, "which of several [[solid]] tables this is");
   app.add_option("--out", line.out, "where results go");

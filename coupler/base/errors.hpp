@@ -33,12 +33,12 @@ struct NumericsError : std::runtime_error {
 #include <cstdio>
 #include <cstdlib>
 /// Precondition of our own code; never for input, never with side effects.
-#define OCU_ASSERT(condition)                                                               \
-  do {                                                                                      \
-    if (!(condition)) {                                                                     \
+#define OCU_ASSERT(condition)                                                                \
+  do {                                                                                       \
+    if (!(condition)) {                                                                      \
       std::fprintf(stderr, "%s:%d: assertion failed: %s\n", __FILE__, __LINE__, #condition); \
-      std::abort();                                                                         \
-    }                                                                                       \
+      std::abort();                                                                          \
+    }                                                                                        \
   } while (false)
 #else
 #define OCU_ASSERT(condition) static_cast<void>(0)

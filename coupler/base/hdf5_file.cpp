@@ -1,11 +1,11 @@
 #include "coupler/base/hdf5_file.hpp"
 
+#include <fmt/format.h>
+#include <hdf5.h>
+
 #include <algorithm>
 #include <fstream>
 #include <type_traits>
-
-#include <fmt/format.h>
-#include <hdf5.h>
 
 #include "coupler/base/errors.hpp"
 
@@ -37,7 +37,9 @@ hid_t native_type() {
   if constexpr (std::is_same_v<T, std::uint8_t>) return H5T_NATIVE_UINT8;
 }
 
-void silence_hdf5() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }  // errors become exceptions
+void silence_hdf5() {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}  // errors become exceptions
 
 void write_text_attribute(hid_t object, const std::string& name, const std::string& value) {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "HDF5 string type");
@@ -45,8 +47,9 @@ void write_text_attribute(hid_t object, const std::string& name, const std::stri
   H5Tset_cset(type.get(), H5T_CSET_UTF8);
   Handle space(H5Screate(H5S_SCALAR), H5Sclose, "HDF5 space");
   if (H5Aexists(object, name.c_str()) > 0) H5Adelete(object, name.c_str());
-  Handle attribute(H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
-                   H5Aclose, "cannot write HDF5 attribute " + name);
+  Handle attribute(
+      H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+      "cannot write HDF5 attribute " + name);
   H5Awrite(attribute.get(), type.get(), value.empty() ? " " : value.c_str());
 }
 
@@ -89,20 +92,20 @@ void Hdf5File::close() {
   const bool flushed = H5Fflush(id_, H5F_SCOPE_GLOBAL) >= 0;
   const bool closed = H5Fclose(std::exchange(id_, -1)) >= 0;
   if (!flushed || !closed)
-    throw LinkError(fmt::format("{}: could not be written to the end; is the disk full?",
-                                file_.string()));
+    throw LinkError(
+        fmt::format("{}: could not be written to the end; is the disk full?", file_.string()));
 }
 
 template <class T>
 void Hdf5File::write(const std::string& name, std::span<const T> values,
                      std::vector<std::size_t> shape, const std::string& units) {
   std::vector<hsize_t> extents(shape.begin(), shape.end());
-  Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose,
-               fmt::format("{}: bad shape for {}", file_.string(), name));
+  Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr),
+               H5Sclose, fmt::format("{}: bad shape for {}", file_.string(), name));
   OCU_ASSERT(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.get())) == values.size());
   const Handle dataset = make_dataset(id_, name, native_type<T>(), space.get(), file_);
-  if (!values.empty() && H5Dwrite(dataset.get(), native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                                  values.data()) < 0)
+  if (!values.empty() &&
+      H5Dwrite(dataset.get(), native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
     throw LinkError(fmt::format("{}: cannot write {}; is the disk full?", file_.string(), name));
   write_text_attribute(dataset.get(), "units", units);
 }
@@ -116,22 +119,30 @@ std::vector<T> Hdf5File::read(const std::string& name, std::vector<std::size_t>*
   H5Sget_simple_extent_dims(space.get(), extents.data(), nullptr);
   if (shape != nullptr) shape->assign(extents.begin(), extents.end());
   std::vector<T> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.get())));
-  if (!values.empty() && H5Dread(dataset.get(), native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                                 values.data()) < 0)
+  if (!values.empty() &&
+      H5Dread(dataset.get(), native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
     throw LinkError(fmt::format("{}: dataset {} cannot be read as numbers", file_.string(), name));
   return values;
 }
 
-template void Hdf5File::write(const std::string&, std::span<const double>, std::vector<std::size_t>, const std::string&);
-template void Hdf5File::write(const std::string&, std::span<const float>, std::vector<std::size_t>, const std::string&);
-template void Hdf5File::write(const std::string&, std::span<const std::int32_t>, std::vector<std::size_t>, const std::string&);
-template void Hdf5File::write(const std::string&, std::span<const std::int64_t>, std::vector<std::size_t>, const std::string&);
-template void Hdf5File::write(const std::string&, std::span<const std::uint8_t>, std::vector<std::size_t>, const std::string&);
+template void Hdf5File::write(const std::string&, std::span<const double>, std::vector<std::size_t>,
+                              const std::string&);
+template void Hdf5File::write(const std::string&, std::span<const float>, std::vector<std::size_t>,
+                              const std::string&);
+template void Hdf5File::write(const std::string&, std::span<const std::int32_t>,
+                              std::vector<std::size_t>, const std::string&);
+template void Hdf5File::write(const std::string&, std::span<const std::int64_t>,
+                              std::vector<std::size_t>, const std::string&);
+template void Hdf5File::write(const std::string&, std::span<const std::uint8_t>,
+                              std::vector<std::size_t>, const std::string&);
 template std::vector<double> Hdf5File::read(const std::string&, std::vector<std::size_t>*) const;
 template std::vector<float> Hdf5File::read(const std::string&, std::vector<std::size_t>*) const;
-template std::vector<std::int32_t> Hdf5File::read(const std::string&, std::vector<std::size_t>*) const;
-template std::vector<std::int64_t> Hdf5File::read(const std::string&, std::vector<std::size_t>*) const;
-template std::vector<std::uint8_t> Hdf5File::read(const std::string&, std::vector<std::size_t>*) const;
+template std::vector<std::int32_t> Hdf5File::read(const std::string&,
+                                                  std::vector<std::size_t>*) const;
+template std::vector<std::int64_t> Hdf5File::read(const std::string&,
+                                                  std::vector<std::size_t>*) const;
+template std::vector<std::uint8_t> Hdf5File::read(const std::string&,
+                                                  std::vector<std::size_t>*) const;
 
 void Hdf5File::write_text(const std::string& name, std::span<const std::string> values) {
   std::size_t width = 1;
@@ -145,7 +156,8 @@ void Hdf5File::write_text(const std::string& name, std::span<const std::string> 
   const hsize_t n = values.size();
   Handle space(H5Screate_simple(1, &n, nullptr), H5Sclose, "HDF5 space");
   const Handle dataset = make_dataset(id_, name, type.get(), space.get(), file_);
-  if (n > 0 && H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data()) < 0)
+  if (n > 0 &&
+      H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data()) < 0)
     throw LinkError(fmt::format("{}: cannot write {}", file_.string(), name));
 }
 
@@ -154,12 +166,14 @@ std::vector<std::string> Hdf5File::read_text(const std::string& name) const {
                  fmt::format("{}: no dataset {}", file_.string(), name));
   Handle stored(H5Dget_type(dataset.get()), H5Tclose, "HDF5 type");
   if (H5Tget_class(stored.get()) != H5T_STRING || H5Tis_variable_str(stored.get()) > 0)
-    throw LinkError(fmt::format("{}: {} is not a list of fixed-length texts", file_.string(), name));
+    throw LinkError(
+        fmt::format("{}: {} is not a list of fixed-length texts", file_.string(), name));
   Handle space(H5Dget_space(dataset.get()), H5Sclose, "HDF5 space");
   const auto n = static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.get()));
   const std::size_t width = H5Tget_size(stored.get());
   std::vector<char> packed(width * n);
-  if (n > 0 && H5Dread(dataset.get(), stored.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data()) < 0)
+  if (n > 0 &&
+      H5Dread(dataset.get(), stored.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data()) < 0)
     throw LinkError(fmt::format("{}: {} cannot be read", file_.string(), name));
   std::vector<std::string> values;
   for (std::size_t i = 0; i < n; ++i) {
@@ -201,8 +215,9 @@ void Hdf5File::write_attribute(const std::string& name, const std::string& value
 
 void Hdf5File::write_attribute(const std::string& name, std::int64_t value) {
   Handle space(H5Screate(H5S_SCALAR), H5Sclose, "HDF5 space");
-  Handle attribute(H5Acreate2(id_, name.c_str(), H5T_NATIVE_INT64, space.get(), H5P_DEFAULT, H5P_DEFAULT),
-                   H5Aclose, "cannot write HDF5 attribute " + name);
+  Handle attribute(
+      H5Acreate2(id_, name.c_str(), H5T_NATIVE_INT64, space.get(), H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose, "cannot write HDF5 attribute " + name);
   H5Awrite(attribute.get(), H5T_NATIVE_INT64, &value);
 }
 
@@ -241,7 +256,8 @@ void replace_file(const std::filesystem::path& file, const std::string& text) {
     std::ofstream out(aside, std::ios::binary | std::ios::trunc);
     out << text;
     out.close();
-    if (!out) throw LinkError(fmt::format("{}: cannot be written; is the disk full?", file.string()));
+    if (!out)
+      throw LinkError(fmt::format("{}: cannot be written; is the disk full?", file.string()));
   }
   std::filesystem::rename(aside, file);
 }

@@ -17,7 +17,8 @@ class Hdf5File {
   [[nodiscard]] static Hdf5File create(const std::filesystem::path& file);
   [[nodiscard]] static Hdf5File open(const std::filesystem::path& file);
   ~Hdf5File();
-  Hdf5File(Hdf5File&& other) noexcept : file_(std::move(other.file_)), id_(std::exchange(other.id_, -1)) {}
+  Hdf5File(Hdf5File&& other) noexcept
+      : file_(std::move(other.file_)), id_(std::exchange(other.id_, -1)) {}
   Hdf5File& operator=(Hdf5File&& other) noexcept;
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
@@ -25,8 +26,8 @@ class Hdf5File {
   void close();
 
   template <class T>  // double, float, std::int32_t, std::int64_t, std::uint8_t
-  void write(const std::string& name, std::span<const T> values,
-             std::vector<std::size_t> shape, const std::string& units);
+  void write(const std::string& name, std::span<const T> values, std::vector<std::size_t> shape,
+             const std::string& units);
   template <class T>
   void write(const std::string& name, const std::vector<T>& values, std::vector<std::size_t> shape,
              const std::string& units) {
@@ -36,7 +37,8 @@ class Hdf5File {
 
   /// The dataset converted to T, with its shape.
   template <class T>
-  [[nodiscard]] std::vector<T> read(const std::string& name, std::vector<std::size_t>* shape = nullptr) const;
+  [[nodiscard]] std::vector<T> read(const std::string& name,
+                                    std::vector<std::size_t>* shape = nullptr) const;
   [[nodiscard]] std::vector<std::string> read_text(const std::string& name) const;
   [[nodiscard]] bool has(const std::string& name) const;
   /// Names in a group, in alphabetical order; empty where there is no such group.

@@ -1,10 +1,10 @@
 #include "coupler/base/log.hpp"
 
-#include <cstdio>
-#include <vector>
-
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
+
+#include <cstdio>
+#include <vector>
 
 #include "coupler/base/errors.hpp"
 

@@ -22,11 +22,11 @@ RankExchange::RankExchange(const Ranks&, int channel, std::span<const Message> s
   auto& list = requests_->list;
   const auto length = [](const Message& m) { return static_cast<int>(m.data.size()); };
   for (const auto& m : receives)
-    MPI_Recv_init(m.data.data(), length(m), MPI_BYTE, m.peer, first_tag + channel,
-                  MPI_COMM_WORLD, &list.emplace_back());
+    MPI_Recv_init(m.data.data(), length(m), MPI_BYTE, m.peer, first_tag + channel, MPI_COMM_WORLD,
+                  &list.emplace_back());
   for (const auto& m : sends)
-    MPI_Send_init(m.data.data(), length(m), MPI_BYTE, m.peer, first_tag + channel,
-                  MPI_COMM_WORLD, &list.emplace_back());
+    MPI_Send_init(m.data.data(), length(m), MPI_BYTE, m.peer, first_tag + channel, MPI_COMM_WORLD,
+                  &list.emplace_back());
 }
 
 RankExchange::~RankExchange() {

@@ -18,7 +18,8 @@ class RankExchange {
     std::span<std::byte> data;
     /// The values stay where they are while the exchange lives.
     template <class Values>
-    Message(int other, Values&& values) : peer(other), data(std::as_writable_bytes(std::span(values))) {}
+    Message(int other, Values&& values)
+        : peer(other), data(std::as_writable_bytes(std::span(values))) {}
   };
   /// Pairs of ranks may exchange several messages: they match in the order of the lists. `channel`
   /// (0 to 999) keeps exchanges that are under way at the same time apart; it is the same on all

@@ -26,7 +26,8 @@ std::string& connect_error() {
   return text;
 }
 
-/// Does the work of one call; what it throws becomes the participant's error, and the coupler hears it.
+/// Does the work of one call; what it throws becomes the participant's error, and the coupler hears
+/// it.
 template <class Work>
 int attempt(ocu_participant* p, Work work) noexcept {
   if (p == nullptr) return 0;
@@ -44,8 +45,8 @@ std::span<const double> values(const double* at, std::size_t n) {
   return at == nullptr ? std::span<const double>() : std::span<const double>(at, n);
 }
 
-void give_mesh(const link_::InterfaceMesh& mesh, const char** name, size_t* n_vertices, const double** vertices,
-               size_t* n_triangles, const int32_t** triangles) {
+void give_mesh(const link_::InterfaceMesh& mesh, const char** name, size_t* n_vertices,
+               const double** vertices, size_t* n_triangles, const int32_t** triangles) {
   *name = mesh.name.c_str();
   *n_vertices = mesh.n_vertices();
   *vertices = mesh.vertices.data();
@@ -86,7 +87,8 @@ int ocu_send_mesh(ocu_participant* p, const char* name, size_t n_vertices, const
                   size_t n_triangles, const int32_t* triangles) {
   return attempt(p, [&] {
     p->n_vertices = n_vertices;
-    p->participant.send_mesh({.name = name, .vertices = {vertices, vertices + 3 * n_vertices},
+    p->participant.send_mesh({.name = name,
+                              .vertices = {vertices, vertices + 3 * n_vertices},
                               .triangles = {triangles, triangles + 3 * n_triangles}});
   });
 }
@@ -110,19 +112,22 @@ int ocu_receive_meshes(ocu_participant* p, size_t* n_meshes) {
   });
 }
 
-int ocu_mesh_of(ocu_participant* p, size_t k, const char** name, size_t* n_vertices, const double** vertices,
-                size_t* n_triangles, const int32_t** triangles) {
-  return attempt(p, [&] { give_mesh(p->meshes.at(k), name, n_vertices, vertices, n_triangles, triangles); });
+int ocu_mesh_of(ocu_participant* p, size_t k, const char** name, size_t* n_vertices,
+                const double** vertices, size_t* n_triangles, const int32_t** triangles) {
+  return attempt(
+      p, [&] { give_mesh(p->meshes.at(k), name, n_vertices, vertices, n_triangles, triangles); });
 }
 
 int ocu_take_forces(ocu_participant* p) {
   return attempt(p, [&] { p->participant.take_forces(); });
 }
 
-int ocu_ready(ocu_participant* p, double stable_step, uint64_t window, double time, const double* velocity) {
+int ocu_ready(ocu_participant* p, double stable_step, uint64_t window, double time,
+              const double* velocity) {
   return attempt(p, [&] {
-    p->participant.ready(stable_step, window, time,
-                         {.position = {}, .velocity = values(velocity, 3 * p->n_vertices), .acceleration = {}});
+    p->participant.ready(
+        stable_step, window, time,
+        {.position = {}, .velocity = values(velocity, 3 * p->n_vertices), .acceleration = {}});
   });
 }
 
@@ -133,10 +138,15 @@ const ocu_order* ocu_next(ocu_participant* p) {
     p->order = {.kind = order.kind == link_::Order::Kind::step         ? OCU_STEP
                         : order.kind == link_::Order::Kind::checkpoint ? OCU_CHECKPOINT
                                                                        : OCU_FINISH,
-                .window = order.window, .t_begin = order.t_begin, .t_end = order.t_end, .steps = order.steps,
+                .window = order.window,
+                .t_begin = order.t_begin,
+                .t_end = order.t_end,
+                .steps = order.steps,
                 .load_linear = order.load_shape == link_::LoadShape::linear,
-                .wall_cubic = order.wall_path == link_::WallPath::cubic, .iteration = order.iteration,
-                .wants_acceleration = order.wants_acceleration, .idle = order.idle,
+                .wall_cubic = order.wall_path == link_::WallPath::cubic,
+                .iteration = order.iteration,
+                .wants_acceleration = order.wants_acceleration,
+                .idle = order.idle,
                 .position = order.position.empty() ? nullptr : order.position.data(),
                 .velocity = order.velocity.empty() ? nullptr : order.velocity.data(),
                 .overpressure = order.overpressure.empty() ? nullptr : order.overpressure.data(),
@@ -149,13 +159,21 @@ const ocu_order* ocu_next(ocu_participant* p) {
 int ocu_send(ocu_participant* p, const ocu_report* r) {
   return attempt(p, [&] {
     const std::size_t n = 3 * p->n_vertices;
-    p->participant.send({.idle = r->idle != 0, .position = values(r->position, n), .velocity = values(r->velocity, n),
+    p->participant.send({.idle = r->idle != 0,
+                         .position = values(r->position, n),
+                         .velocity = values(r->velocity, n),
                          .acceleration = values(r->acceleration, n),
-                         .overpressure = values(r->overpressure, p->n_vertices), .force = {},
-                         .stable_step = r->stable_step, .steps_taken = r->steps_taken, .work = r->work,
+                         .overpressure = values(r->overpressure, p->n_vertices),
+                         .force = {},
+                         .stable_step = r->stable_step,
+                         .steps_taken = r->steps_taken,
+                         .work = r->work,
                          .interfaces = balances(r->balance, p->meshes.size()),
-                         .impulse = {r->impulse[0], r->impulse[1], r->impulse[2]}, .impedance = r->impedance,
-                         .mass_per_area = r->mass_per_area, .compute_seconds = r->compute_seconds, .status = {}});
+                         .impulse = {r->impulse[0], r->impulse[1], r->impulse[2]},
+                         .impedance = r->impedance,
+                         .mass_per_area = r->mass_per_area,
+                         .compute_seconds = r->compute_seconds,
+                         .status = {}});
   });
 }
 
@@ -171,8 +189,12 @@ void ocu_abort(ocu_participant* p, const char* reason, int exit_code) {
   if (p != nullptr) p->participant.abort(reason, static_cast<ExitCode>(exit_code));
 }
 
-void ocu_close(ocu_participant* p) { delete p; }
+void ocu_close(ocu_participant* p) {
+  delete p;
+}
 
-const char* ocu_error(const ocu_participant* p) { return p == nullptr ? connect_error().c_str() : p->error.c_str(); }
+const char* ocu_error(const ocu_participant* p) {
+  return p == nullptr ? connect_error().c_str() : p->error.c_str();
+}
 
 }  // extern "C"

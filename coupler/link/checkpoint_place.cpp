@@ -1,10 +1,10 @@
 #include "coupler/link/checkpoint_place.hpp"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cstdlib>
 #include <string>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 
@@ -45,8 +45,10 @@ std::optional<CheckpointPlace> find_checkpoint(const std::filesystem::path& run)
 CheckpointPlace require_checkpoint(const std::filesystem::path& run) {
   auto place = find_checkpoint(run);
   if (!place)
-    throw CaseError(fmt::format("--resume {}: no complete checkpoint there; expected a directory "
-                                "{}/NNNNNNNN", run.string(), (run / "checkpoint").string()));
+    throw CaseError(
+        fmt::format("--resume {}: no complete checkpoint there; expected a directory "
+                    "{}/NNNNNNNN",
+                    run.string(), (run / "checkpoint").string()));
   // One of several solids writes into a directory of its own.
   if (const char* name = std::getenv("OCUBLAST_NAME"); name != nullptr) place->directory /= name;
   return *place;

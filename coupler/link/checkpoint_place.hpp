@@ -7,9 +7,10 @@
 namespace ocublast::link {
 
 /// One complete checkpoint of a coupled run: RUN/checkpoint/WINDOW (eight digits) with the files
-/// flow.*, solid.* and coupler.*; of several solids each has a directory of its name in it, which it
-/// finds by the variable OCUBLAST_NAME. All sides write into a directory whose name ends in ".part"; the
-/// coupler renames it when everybody has finished, so a directory without that ending is complete.
+/// flow.*, solid.* and coupler.*; of several solids each has a directory of its name in it, which
+/// it finds by the variable OCUBLAST_NAME. All sides write into a directory whose name ends in
+/// ".part"; the coupler renames it when everybody has finished, so a directory without that ending
+/// is complete.
 struct CheckpointPlace {
   std::filesystem::path directory;
   std::uint64_t window = 0;

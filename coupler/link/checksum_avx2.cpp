@@ -5,6 +5,8 @@
 
 namespace ocublast::link {
 
-std::uint64_t checksum_avx2(const void* data, std::size_t n) noexcept { return XXH3_64bits(data, n); }
+std::uint64_t checksum_avx2(const void* data, std::size_t n) noexcept {
+  return XXH3_64bits(data, n);
+}
 
 }  // namespace ocublast::link

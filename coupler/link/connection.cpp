@@ -1,8 +1,8 @@
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cstdlib>
 #include <string_view>
-
-#include <fmt/format.h>
 
 #include "coupler/link/message.hpp"
 #include "coupler/link/participant.hpp"
@@ -26,7 +26,9 @@ double silence_limit_from(const std::string& text, double fallback) {
 
 }  // namespace
 
-bool started_by_coupler() { return !environment("OCUBLAST_ENDPOINT").empty(); }
+bool started_by_coupler() {
+  return !environment("OCUBLAST_ENDPOINT").empty();
+}
 
 Connection connection_from_environment(Role role, std::string program, std::uint64_t case_hash) {
   Connection connection;
@@ -43,14 +45,17 @@ Connection connection_from_environment(Role role, std::string program, std::uint
     throw LinkError(fmt::format(
         "this case couples flow and solid, but no coupler has started the {} side; run "
         "'coupler CASE.toml', or set OCUBLAST_ENDPOINT and OCUBLAST_TOKEN (or OCUBLAST_KEYS) to "
-        "those of a waiting one", to_word(role)));
+        "those of a waiting one",
+        to_word(role)));
   const bool ipc = connection.endpoint.starts_with("ipc://");
   if (!ipc && !connection.endpoint.starts_with("tcp://"))
     throw LinkError(fmt::format("OCUBLAST_ENDPOINT is '{}', accepted: ipc://PATH, tcp://HOST:PORT",
                                 connection.endpoint));
   if (!ipc && connection.keys.empty())
-    throw LinkError(fmt::format("the endpoint {} needs keys: set OCUBLAST_KEYS to the directory the "
-                                "coupler writes them to", connection.endpoint));
+    throw LinkError(
+        fmt::format("the endpoint {} needs keys: set OCUBLAST_KEYS to the directory the "
+                    "coupler writes them to",
+                    connection.endpoint));
   return connection;
 }
 

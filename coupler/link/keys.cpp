@@ -1,15 +1,14 @@
 #include "coupler/link/keys.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <fstream>
-
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <zmq.hpp>
 
 #include "coupler/base/errors.hpp"
@@ -55,16 +54,17 @@ CouplerKeys make_keys(const std::filesystem::path& directory, const std::string&
   for (const std::string& name : files) {
     const CurvePair pair = make_pair_of_keys();
     keys.admitted.push_back(pair.public_key);
-    write_private(key_file(directory, name),
-                  fmt::format("{}\n{}\n{}\n{}\n", keys.own.public_key, pair.public_key,
-                              pair.secret_key, token));
+    write_private(key_file(directory, name), fmt::format("{}\n{}\n{}\n{}\n", keys.own.public_key,
+                                                         pair.public_key, pair.secret_key, token));
   }
   return keys;
 }
 
 namespace {
 
-std::filesystem::path own_key_file(const std::filesystem::path& directory) { return directory / "coupler.key"; }
+std::filesystem::path own_key_file(const std::filesystem::path& directory) {
+  return directory / "coupler.key";
+}
 
 void require_private(const std::filesystem::path& file, const struct stat& status) {
   if ((status.st_mode & 077) != 0)
@@ -78,10 +78,11 @@ void write_key_set(const std::filesystem::path& directory, const std::string& to
                    const std::vector<std::string>& files) {
   const auto file = own_key_file(directory);
   if (std::filesystem::exists(file))
-    throw LinkError(fmt::format("{}: is there already; remove it if its runs are over", file.string()));
+    throw LinkError(
+        fmt::format("{}: is there already; remove it if its runs are over", file.string()));
   const CouplerKeys keys = make_keys(directory, token, files);
-  write_private(file, fmt::format("{}\n{}\n{}\n{}\n", keys.own.public_key, keys.own.secret_key, token,
-                                  fmt::join(keys.admitted, "\n")));
+  write_private(file, fmt::format("{}\n{}\n{}\n{}\n", keys.own.public_key, keys.own.secret_key,
+                                  token, fmt::join(keys.admitted, "\n")));
 }
 
 std::optional<KeySet> read_key_set(const std::filesystem::path& directory) {
@@ -94,10 +95,12 @@ std::optional<KeySet> read_key_set(const std::filesystem::path& directory) {
   in >> set.keys.own.public_key >> set.keys.own.secret_key >> set.token;
   bool whole = static_cast<bool>(in);
   for (std::string key; in >> key;) set.keys.admitted.push_back(key);
-  whole = whole && set.keys.admitted.size() >= 2 && set.keys.own.public_key.size() == key_characters &&
+  whole = whole && set.keys.admitted.size() >= 2 &&
+          set.keys.own.public_key.size() == key_characters &&
           set.keys.own.secret_key.size() == key_characters;
   for (const auto& key : set.keys.admitted) whole = whole && key.size() == key_characters;
-  if (!whole) throw LinkError(fmt::format("{}: not a key file; make one with coupler keygen", file.string()));
+  if (!whole)
+    throw LinkError(fmt::format("{}: not a key file; make one with coupler keygen", file.string()));
   return set;
 }
 
@@ -105,8 +108,10 @@ ParticipantKeys read_keys(const std::filesystem::path& directory, const std::str
   const auto file = key_file(directory, name);
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0)
-    throw LinkError(fmt::format("{}: no such key file; the coupler writes it when it starts with a "
-                                "tcp endpoint", file.string()));
+    throw LinkError(
+        fmt::format("{}: no such key file; the coupler writes it when it starts with a "
+                    "tcp endpoint",
+                    file.string()));
   require_private(file, status);
   std::ifstream in(file);
   ParticipantKeys keys;

@@ -28,14 +28,15 @@ struct CouplerKeys {
   std::vector<std::string> admitted;  ///< public keys, the flow's first
 };
 
-/// Makes the keys of one run and writes DIRECTORY/FILE.key for every participant (flow and solid; with
-/// several solids flow and their names), readable by the owner alone; the coupler's own secret is not
-/// written. Old files are replaced, each at once.
-[[nodiscard]] CouplerKeys make_keys(const std::filesystem::path& directory, const std::string& token,
+/// Makes the keys of one run and writes DIRECTORY/FILE.key for every participant (flow and solid;
+/// with several solids flow and their names), readable by the owner alone; the coupler's own secret
+/// is not written. Old files are replaced, each at once.
+[[nodiscard]] CouplerKeys make_keys(const std::filesystem::path& directory,
+                                    const std::string& token,
                                     const std::vector<std::string>& files);
 
-/// Makes keys for many runs: also DIRECTORY/coupler.key with the coupler's secret, the token, and the
-/// keys it admits. Throws LinkError where there is a coupler.key already.
+/// Makes keys for many runs: also DIRECTORY/coupler.key with the coupler's secret, the token, and
+/// the keys it admits. Throws LinkError where there is a coupler.key already.
 void write_key_set(const std::filesystem::path& directory, const std::string& token,
                    const std::vector<std::string>& files);
 
@@ -47,9 +48,10 @@ struct KeySet {
 /// malformed, or open to others.
 [[nodiscard]] std::optional<KeySet> read_key_set(const std::filesystem::path& directory);
 
-/// Reads a participant's key file. Throws LinkError when it is missing, malformed, or open to others.
-/// `file`: without its ending, as in make_keys.
-[[nodiscard]] ParticipantKeys read_keys(const std::filesystem::path& directory, const std::string& file);
+/// Reads a participant's key file. Throws LinkError when it is missing, malformed, or open to
+/// others. `file`: without its ending, as in make_keys.
+[[nodiscard]] ParticipantKeys read_keys(const std::filesystem::path& directory,
+                                        const std::string& file);
 
 /// 128 random bits from the kernel as 32 hexadecimal digits.
 [[nodiscard]] std::string make_token();

@@ -1,10 +1,10 @@
 #include "coupler/link/message.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupling.pb.h"
@@ -21,8 +21,12 @@ constexpr double byte_order_mark = 1.5;
 /// Length of the UTF-8 character that begins at `at`; 0 where there is none.
 std::size_t character_length(std::string_view text, std::size_t at) {
   const auto first = static_cast<unsigned char>(text[at]);
-  const std::size_t length = first < 0x80 ? 1 : first < 0xc2 ? 0 : first < 0xe0 ? 2 : first < 0xf0 ? 3
-                             : first < 0xf5 ? 4 : 0;
+  const std::size_t length = first < 0x80   ? 1
+                             : first < 0xc2 ? 0
+                             : first < 0xe0 ? 2
+                             : first < 0xf0 ? 3
+                             : first < 0xf5 ? 4
+                                            : 0;
   if (at + length > text.size()) return 0;
   for (std::size_t k = 1; k < length; ++k)
     if ((static_cast<unsigned char>(text[at + k]) & 0xc0) != 0x80) return 0;
@@ -36,8 +40,10 @@ std::string cut(const std::string& text, std::size_t limit) {
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t length = character_length(text, at);
     if (out.size() + std::max<std::size_t>(length, 1) > limit) break;
-    if (length == 0) out += '?';
-    else out.append(text, at, length);
+    if (length == 0)
+      out += '?';
+    else
+      out.append(text, at, length);
     at += std::max<std::size_t>(length, 1);
   }
   return out;
@@ -104,10 +110,10 @@ class Reader {
       refuse(fmt::format("{} without its mandatory '{}'", to_word(kind_), #name)); \
     member = in_.name();                                                           \
   } while (false)
-#define OCU_TAKE_FINITE(member, name)                                                     \
-  do {                                                                                    \
-    OCU_TAKE(member, name);                                                               \
-    if (!std::isfinite(member))                                                           \
+#define OCU_TAKE_FINITE(member, name)                                                       \
+  do {                                                                                      \
+    OCU_TAKE(member, name);                                                                 \
+    if (!std::isfinite(member))                                                             \
       refuse(fmt::format("{}: '{}' is {}, must be finite", to_word(kind_), #name, member)); \
   } while (false)
 
@@ -122,7 +128,8 @@ class Reader {
     if ((out.fields & field::mesh) != 0) OCU_TAKE(out.n_triangles, n_triangles);
     if (in_.has_n_interfaces()) out.n_interfaces = in_.n_interfaces();
     if (out.n_interfaces == 0 || out.n_interfaces > max_interfaces)
-      refuse(fmt::format("{} of {} interfaces, 1 to {} are accepted", to_word(kind_), out.n_interfaces, max_interfaces));
+      refuse(fmt::format("{} of {} interfaces, 1 to {} are accepted", to_word(kind_),
+                         out.n_interfaces, max_interfaces));
     if (in_.memory_pid() == 0) return;
     out.memory.pid = in_.memory_pid();
     OCU_TAKE(out.memory.fd, memory_fd);
@@ -151,14 +158,15 @@ class Reader {
   }
   void order(Header& out) const {
     step(out);
-    if (in_.load_shape() != proto::LOAD_SHAPE_LINEAR && in_.load_shape() != proto::LOAD_SHAPE_CONSTANT)
+    if (in_.load_shape() != proto::LOAD_SHAPE_LINEAR &&
+        in_.load_shape() != proto::LOAD_SHAPE_CONSTANT)
       refuse("STEP: unknown load_shape");
     if (in_.wall_path() != proto::WALL_PATH_CUBIC && in_.wall_path() != proto::WALL_PATH_STRAIGHT)
       refuse("STEP: unknown wall_path");
-    out.load_shape = in_.load_shape() == proto::LOAD_SHAPE_LINEAR ? LoadShape::linear
-                                                                  : LoadShape::constant;
-    out.wall_path = in_.wall_path() == proto::WALL_PATH_CUBIC ? WallPath::cubic
-                                                              : WallPath::straight;
+    out.load_shape =
+        in_.load_shape() == proto::LOAD_SHAPE_LINEAR ? LoadShape::linear : LoadShape::constant;
+    out.wall_path =
+        in_.wall_path() == proto::WALL_PATH_CUBIC ? WallPath::cubic : WallPath::straight;
     out.wants_acceleration = in_.wants_acceleration();
   }
   void stable_step(Header& out) const {
@@ -188,7 +196,9 @@ class Reader {
   }
   void by_kind(Header& out) const {
     switch (kind_) {
-      case Kind::hello: hello(out); break;
+      case Kind::hello:
+        hello(out);
+        break;
       case Kind::welcome:
         OCU_TAKE_FINITE(out.silence_limit, silence_limit_s);
         out.packet_path = cut(in_.packet_path(), max_text_bytes);
@@ -200,20 +210,32 @@ class Reader {
         out.takes_force = in_.takes_force();
         out.n_quads = in_.n_quads();
         if (out.n_quads > out.n_triangles / 2)
-          refuse(fmt::format("MESH of {} quads has {} triangles, two are needed for each", out.n_quads, out.n_triangles));
+          refuse(fmt::format("MESH of {} quads has {} triangles, two are needed for each",
+                             out.n_quads, out.n_triangles));
         break;
-      case Kind::ready: ready(out); break;
-      case Kind::step: order(out); break;
-      case Kind::result: result(out); break;
-      case Kind::checkpoint: OCU_TAKE(out.directory, directory); break;
+      case Kind::ready:
+        ready(out);
+        break;
+      case Kind::step:
+        order(out);
+        break;
+      case Kind::result:
+        result(out);
+        break;
+      case Kind::checkpoint:
+        OCU_TAKE(out.directory, directory);
+        break;
       case Kind::abort:
         OCU_TAKE(out.reason, reason);
         if (in_.has_exit_code()) out.exit_code = in_.exit_code();
         break;
-      case Kind::wait: out.reason = cut(in_.reason(), max_text_bytes); break;
+      case Kind::wait:
+        out.reason = cut(in_.reason(), max_text_bytes);
+        break;
       case Kind::done:
       case Kind::finish:
-      case Kind::bye: break;
+      case Kind::bye:
+        break;
     }
   }
 #undef OCU_TAKE
@@ -233,11 +255,16 @@ class Reader {
 std::uint32_t fields_allowed(Kind kind) {
   using namespace field;
   switch (kind) {
-    case Kind::mesh: return mesh;
-    case Kind::ready: return position | velocity | acceleration;
-    case Kind::step: return position | velocity | overpressure | force;
-    case Kind::result: return position | velocity | acceleration | overpressure | force | balance;
-    default: return 0;
+    case Kind::mesh:
+      return mesh;
+    case Kind::ready:
+      return position | velocity | acceleration;
+    case Kind::step:
+      return position | velocity | overpressure | force;
+    case Kind::result:
+      return position | velocity | acceleration | overpressure | force | balance;
+    default:
+      return 0;
   }
 }
 
@@ -257,7 +284,9 @@ std::string encode(const Header& header) {
   if (header.n_interfaces != 1) out.set_n_interfaces(header.n_interfaces);
   put_memory(header, out);
   switch (header.kind) {
-    case Kind::hello: put_hello(header, out); break;
+    case Kind::hello:
+      put_hello(header, out);
+      break;
     case Kind::welcome:
       out.set_silence_limit_s(header.silence_limit);
       if (header.packet_path.empty()) break;
@@ -278,22 +307,35 @@ std::string encode(const Header& header) {
       if (header.takes_packets) out.set_takes_packets(true);
       if (header.takes_force) out.set_takes_force(true);
       break;
-    case Kind::step: put_order(header, out); break;
-    case Kind::result: put_result(header, out); break;
-    case Kind::checkpoint: out.set_directory(cut(header.directory, max_text_bytes)); break;
-    case Kind::abort: out.set_exit_code(header.exit_code); [[fallthrough]];
-    case Kind::wait: out.set_reason(cut(header.reason, max_text_bytes)); break;
+    case Kind::step:
+      put_order(header, out);
+      break;
+    case Kind::result:
+      put_result(header, out);
+      break;
+    case Kind::checkpoint:
+      out.set_directory(cut(header.directory, max_text_bytes));
+      break;
+    case Kind::abort:
+      out.set_exit_code(header.exit_code);
+      [[fallthrough]];
+    case Kind::wait:
+      out.set_reason(cut(header.reason, max_text_bytes));
+      break;
     case Kind::done:
     case Kind::finish:
-    case Kind::bye: break;
+    case Kind::bye:
+      break;
   }
   return out.SerializeAsString();
 }
 
 Header decode(std::string_view bytes) {
   if (bytes.size() > max_header_bytes)
-    refuse(fmt::format("header of {} bytes, at most {} are accepted", bytes.size(), max_header_bytes));
-  // What is wrong with a header is said by us; protobuf's own lines on standard error are not wanted.
+    refuse(
+        fmt::format("header of {} bytes, at most {} are accepted", bytes.size(), max_header_bytes));
+  // What is wrong with a header is said by us; protobuf's own lines on standard error are not
+  // wanted.
   const google::protobuf::LogSilencer quiet;
   proto::Header in;
   if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) refuse("not a header");
@@ -331,26 +373,42 @@ std::uint64_t payload_bytes_expected(const Header& header) {
   return bytes;
 }
 
-std::string contract_text() { return proto::Header::descriptor()->file()->DebugString(); }
+std::string contract_text() {
+  return proto::Header::descriptor()->file()->DebugString();
+}
 
 std::string_view to_word(Kind kind) {
   switch (kind) {
-    case Kind::hello: return "HELLO";
-    case Kind::welcome: return "WELCOME";
-    case Kind::mesh: return "MESH";
-    case Kind::ready: return "READY";
-    case Kind::step: return "STEP";
-    case Kind::result: return "RESULT";
-    case Kind::checkpoint: return "CHECKPOINT";
-    case Kind::done: return "DONE";
-    case Kind::finish: return "FINISH";
-    case Kind::bye: return "BYE";
-    case Kind::abort: return "ABORT";
-    case Kind::wait: return "WAIT";
+    case Kind::hello:
+      return "HELLO";
+    case Kind::welcome:
+      return "WELCOME";
+    case Kind::mesh:
+      return "MESH";
+    case Kind::ready:
+      return "READY";
+    case Kind::step:
+      return "STEP";
+    case Kind::result:
+      return "RESULT";
+    case Kind::checkpoint:
+      return "CHECKPOINT";
+    case Kind::done:
+      return "DONE";
+    case Kind::finish:
+      return "FINISH";
+    case Kind::bye:
+      return "BYE";
+    case Kind::abort:
+      return "ABORT";
+    case Kind::wait:
+      return "WAIT";
   }
   return "?";
 }
 
-std::string_view to_word(Role role) { return role == Role::flow ? "flow" : "solid"; }
+std::string_view to_word(Role role) {
+  return role == Role::flow ? "flow" : "solid";
+}
 
 }  // namespace ocublast::link

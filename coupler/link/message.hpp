@@ -25,7 +25,18 @@ inline constexpr std::uint64_t max_interface_vertices = 20'000'000;
 inline constexpr std::uint32_t max_interfaces = 64;
 
 enum class Kind {
-  hello = 1, welcome, mesh, ready, step, result, checkpoint, done, finish, bye, abort, wait
+  hello = 1,
+  welcome,
+  mesh,
+  ready,
+  step,
+  result,
+  checkpoint,
+  done,
+  finish,
+  bye,
+  abort,
+  wait
 };
 
 /// What a payload holds, as bits of Header::fields, in this order.
@@ -36,7 +47,7 @@ inline constexpr std::uint32_t acceleration = 4;  ///< [n, 3] m/s^2
 inline constexpr std::uint32_t overpressure = 8;  ///< [n] Pa
 inline constexpr std::uint32_t mesh = 16;         ///< [n, 3] m, then [n_triangles, 3] int32
 inline constexpr std::uint32_t force = 32;        ///< [n, 3] N
-inline constexpr std::uint32_t balance = 64;      ///< [n_interfaces, 4] J, then N s: work and impulse
+inline constexpr std::uint32_t balance = 64;  ///< [n_interfaces, 4] J, then N s: work and impulse
 }  // namespace field
 
 /// The first frame of every message as a value. Members that a kind does not use keep their
@@ -49,15 +60,15 @@ struct Header {
   std::uint32_t fields = 0;
   std::uint64_t n_vertices = 0;
   std::uint64_t n_triangles = 0;
-  std::uint64_t n_quads = 0;           ///< of the triangles: see InterfaceMesh
+  std::uint64_t n_quads = 0;  ///< of the triangles: see InterfaceMesh
   std::uint64_t payload_bytes = 0;
   std::uint64_t payload_checksum = 0;  ///< 0 for a payload in shared memory, too
   MemoryPlace memory;                  ///< of the payload; HELLO, WELCOME: of the probe
   std::uint64_t memory_mark = 0;
   bool shares_memory = false;
-  std::string packet_path;             ///< WELCOME: of the coupler's PacketListener
+  std::string packet_path;  ///< WELCOME: of the coupler's PacketListener
   std::uint64_t packet_mark = 0;
-  bool takes_packets = false;          ///< READY
+  bool takes_packets = false;  ///< READY
   bool takes_force = false;
 
   std::uint32_t major = protocol_major;

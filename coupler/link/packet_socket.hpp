@@ -8,8 +8,8 @@
 
 namespace ocublast::link {
 
-/// One end of a local connection that keeps packets apart (SOCK_SEQPACKET). Takes short messages from
-/// thread to thread with one wake-up, where a ZeroMQ socket needs three.
+/// One end of a local connection that keeps packets apart (SOCK_SEQPACKET). Takes short messages
+/// from thread to thread with one wake-up, where a ZeroMQ socket needs three.
 class PacketSocket {
  public:
   PacketSocket() = default;
@@ -24,8 +24,8 @@ class PacketSocket {
   [[nodiscard]] int fd() const { return fd_; }
   /// False, and nothing sent, where the other end is gone or its queue full.
   [[nodiscard]] bool send(std::string_view bytes) noexcept;
-  /// The next packet; false where none is there. Closes itself when the other end has. Throws LinkError
-  /// for a packet longer than a header may be.
+  /// The next packet; false where none is there. Closes itself when the other end has. Throws
+  /// LinkError for a packet longer than a header may be.
   [[nodiscard]] bool receive(std::string& bytes);
   void close() noexcept;
 

@@ -1,10 +1,10 @@
 #include "coupler/link/participant.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <exception>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "coupler/link/participant_state.hpp"
 
@@ -15,7 +15,8 @@ namespace {
 constexpr int farewell_linger_ms = 1000;
 }  // namespace
 
-Participant::Participant(const Connection& connection) : state_(std::make_unique<State>(connection)) {
+Participant::Participant(const Connection& connection)
+    : state_(std::make_unique<State>(connection)) {
   keep_freed_memory();
   auto& s = *state_;
   s.connect();
@@ -60,8 +61,10 @@ void Participant::send_mesh(const InterfaceMesh& mesh) {
   if (s.connection.role == Role::solid || s.meshes.size() == 1) {
     s.meshes = {own};
   } else {  // in place of the one of this name
-    const auto at = std::find_if(s.meshes.begin(), s.meshes.end(), [&](const State::Part& p) { return p.name == own.name; });
-    if (at == s.meshes.end()) throw s.error(fmt::format("a mesh '{}' of its own: no solid is called so", own.name));
+    const auto at = std::find_if(s.meshes.begin(), s.meshes.end(),
+                                 [&](const State::Part& p) { return p.name == own.name; });
+    if (at == s.meshes.end())
+      throw s.error(fmt::format("a mesh '{}' of its own: no solid is called so", own.name));
     *at = own;
   }
   s.count_parts();
@@ -86,12 +89,17 @@ std::vector<InterfaceMesh> Participant::receive_meshes() {
 InterfaceMesh Participant::receive_mesh() {
   auto meshes = receive_meshes();
   if (meshes.size() != 1)
-    throw state_->error(fmt::format("{} solids take part, this flow side knows one", meshes.size()));
+    throw state_->error(
+        fmt::format("{} solids take part, this flow side knows one", meshes.size()));
   return std::move(meshes.front());
 }
 
-void Participant::take_forces() { state_->takes_force = true; }
-void Participant::send_forces() { state_->takes_force = true; }
+void Participant::take_forces() {
+  state_->takes_force = true;
+}
+void Participant::send_forces() {
+  state_->takes_force = true;
+}
 
 namespace {
 
@@ -208,10 +216,13 @@ void Participant::send(const Report& report) {
     add_part(header, parts, report.position, field::position, 3 * s.n_vertices, "position");
     add_part(header, parts, report.velocity, field::velocity, 3 * s.n_vertices, "velocity");
     if (s.order.wants_acceleration)
-      add_part(header, parts, report.acceleration, field::acceleration, 3 * s.n_vertices, "acceleration");
+      add_part(header, parts, report.acceleration, field::acceleration, 3 * s.n_vertices,
+               "acceleration");
     add_part(header, parts, report.overpressure, field::overpressure, s.n_vertices, "overpressure");
     add_part(header, parts, report.force, field::force, 3 * s.n_vertices, "force");
-    header.n_interfaces = s.balance_doubles() > 0 && !balance.empty() ? static_cast<std::uint32_t>(s.meshes.size()) : 1;
+    header.n_interfaces = s.balance_doubles() > 0 && !balance.empty()
+                              ? static_cast<std::uint32_t>(s.meshes.size())
+                              : 1;
     if (header.n_interfaces > 1)
       add_part(header, parts, balance, field::balance, s.balance_doubles(), "balance");
   }
@@ -225,7 +236,8 @@ Participant::Room Participant::room() {
   const auto all = s.report_room();
   Room room;
   if (s.connection.role == Role::flow) {
-    (s.takes_force ? room.force : room.overpressure) = all.first(s.load_components() * s.n_vertices);
+    (s.takes_force ? room.force : room.overpressure) =
+        all.first(s.load_components() * s.n_vertices);
     return room;
   }
   const std::size_t n = 3 * s.n_vertices;

@@ -10,10 +10,10 @@
 namespace ocublast::link {
 namespace {
 
-constexpr int watched_events = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
-                               ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
-                               ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_DISCONNECTED |
-                               ZMQ_EVENT_CLOSED;
+constexpr int watched_events =
+    ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
+    ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_DISCONNECTED |
+    ZMQ_EVENT_CLOSED;
 /// Pause between two attempts to reach a coupler that does not listen yet.
 constexpr auto retry_pause = std::chrono::milliseconds(100);
 /// Longest time one attempt may take, name resolution included.
@@ -29,15 +29,16 @@ bool Participant::State::try_connect(std::string& failure) {
   // A participant that comes back to another coupler in the middle of a run is never right.
   socket->set(zmq::sockopt::reconnect_ivl, -1);
   if (!connection.keys.empty()) {
-    const ParticipantKeys keys = read_keys(
-        connection.keys, connection.name.empty() ? std::string(to_word(connection.role)) : connection.name);
+    const ParticipantKeys keys =
+        read_keys(connection.keys, connection.name.empty() ? std::string(to_word(connection.role))
+                                                           : connection.name);
     socket->set(zmq::sockopt::curve_serverkey, keys.coupler_public);
     socket->set(zmq::sockopt::curve_publickey, keys.own.public_key);
     socket->set(zmq::sockopt::curve_secretkey, keys.own.secret_key);
     connection.token = keys.token;
   }
-  monitor = std::make_unique<ConnectionMonitor>(context, *socket,
-                                                fmt::format("monitor-{}", ++attempts), watched_events);
+  monitor = std::make_unique<ConnectionMonitor>(
+      context, *socket, fmt::format("monitor-{}", ++attempts), watched_events);
   socket->connect(connection.endpoint);
   const auto deadline = Clock::now() + attempt_limit;
   while (Clock::now() < deadline) {
@@ -76,7 +77,8 @@ void Participant::State::connect() {
 
 void Participant::State::check_run(const Header& header) const {
   if (header.run_id != run_id)
-    throw error(fmt::format("{} of run {:016x}, ours is {:016x}", to_word(header.kind), header.run_id, run_id));
+    throw error(fmt::format("{} of run {:016x}, ours is {:016x}", to_word(header.kind),
+                            header.run_id, run_id));
 }
 
 /// A packet whose turn it is. Those of the other way keep their order among themselves only.
@@ -84,7 +86,8 @@ std::optional<Header> Participant::State::take_packet() {
   if (!held && packets.receive(packet)) {
     held = decode(packet);
     check_run(*held);
-    if (held->memory.pid == 0 && held->payload_bytes != 0) throw error("a packet announces a second frame");
+    if (held->memory.pid == 0 && held->payload_bytes != 0)
+      throw error("a packet announces a second frame");
   }
   if (!held || held->seq > received + 1) return {};
   frames.payload.rebuild();
@@ -119,7 +122,8 @@ std::optional<Header> Participant::State::take() {
     ended = true;
     throw error(fmt::format("the coupler ended the run: {}", header.reason));
   }
-  if (header.memory.pid == 0) check_payload(header, payload(header));
+  if (header.memory.pid == 0)
+    check_payload(header, payload(header));
   else if (header.kind != Kind::welcome && frames.payload.size() != 0)
     throw error("a message with its payload both in memory and in a frame");
   return header;
@@ -146,12 +150,15 @@ Header Participant::State::await(std::initializer_list<Kind> expected, std::stri
       if (header->kind == Kind::wait) continue;
       for (const Kind kind : expected)
         if (header->kind == kind) return *header;
-      throw error(fmt::format("{} came from the coupler while awaiting {}", to_word(header->kind), what));
+      throw error(
+          fmt::format("{} came from the coupler while awaiting {}", to_word(header->kind), what));
     }
     if (gone) {
       ended = true;
-      throw error(fmt::format("the coupler at {} is gone (connection closed after {:.1f} s of waiting "
-                              "for {})", connection.endpoint, seconds_since(begin), what));
+      throw error(
+          fmt::format("the coupler at {} is gone (connection closed after {:.1f} s of waiting "
+                      "for {})",
+                      connection.endpoint, seconds_since(begin), what));
     }
     if (Clock::now() >= deadline) {
       ended = true;
@@ -181,8 +188,9 @@ void Participant::State::send(Header header, zmq::message_t payload) {
     if ((items[1].revents & ZMQ_POLLIN) != 0 && coupler_gone()) {
       while (take()) continue;  // its last word says more than the closed connection
       ended = true;
-      throw error(fmt::format("the coupler at {} is gone (connection closed before {} could be sent)",
-                              connection.endpoint, to_word(header.kind)));
+      throw error(
+          fmt::format("the coupler at {} is gone (connection closed before {} could be sent)",
+                      connection.endpoint, to_word(header.kind)));
     }
     if (Clock::now() >= deadline)
       throw error(fmt::format("the coupler takes no {} for {:.1f} s", to_word(header.kind),
@@ -230,7 +238,8 @@ std::span<double> Participant::State::report_room() {
 }
 
 /// Sends a result. Values that the solver wrote into our room are there already.
-void Participant::State::send_report(Header header, std::span<const std::span<const double>> parts) {
+void Participant::State::send_report(Header header,
+                                     std::span<const std::span<const double>> parts) {
   std::size_t n = 0;
   for (const auto& part : parts) n += part.size();
   if (n == 0 || n > report_doubles()) {

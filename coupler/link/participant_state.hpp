@@ -1,13 +1,13 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "coupler/link/message.hpp"
 #include "coupler/link/packet_socket.hpp"
@@ -36,16 +36,16 @@ struct Participant::State {
     std::uint64_t hash = 0;
   };
   std::vector<Part> meshes;
-  std::uint64_t n_vertices = 0;    ///< of all parts
+  std::uint64_t n_vertices = 0;  ///< of all parts
   std::uint64_t mesh_hash = 0;
   std::uint64_t finished_window = 0;
-  std::uint32_t iteration = 0; ///< of that window
-  Header order;                ///< the last STEP or CHECKPOINT
-  bool takes_force = false;    ///< solid; flow: sends forces
+  std::uint32_t iteration = 0;  ///< of that window
+  Header order;                 ///< the last STEP or CHECKPOINT
+  bool takes_force = false;     ///< solid; flow: sends forces
   bool owes_result = false;
   bool owes_done = false;
-  bool ended = false;          ///< BYE or ABORT was sent or received, or the coupler is gone
-  Frames frames;               ///< of the last message; an Order's spans point into it
+  bool ended = false;  ///< BYE or ABORT was sent or received, or the coupler is gone
+  Frames frames;       ///< of the last message; an Order's spans point into it
   std::vector<double> aside;
 
   std::optional<MemoryProbe> probe;
@@ -56,10 +56,9 @@ struct Participant::State {
   std::uint64_t reports = 0;   ///< sent with values; the slot of the next one
   zmq::message_t frame;        ///< for the next report where memory is not shared
 
-  PacketSocket packets;        ///< STEP and RESULT come and go here where no second frame is needed
+  PacketSocket packets;  ///< STEP and RESULT come and go here where no second frame is needed
   std::string packet;
   std::optional<Header> held;  ///< came as a packet before a message with a smaller number
-
 
   explicit State(const Connection& c) : connection(c) {}
 
@@ -87,9 +86,12 @@ struct Participant::State {
   void accept_memory(const Header& welcome);
   [[nodiscard]] std::size_t report_doubles() const {
     const std::size_t motion = order.wants_acceleration ? 9 : 6;
-    return (connection.role == Role::flow ? load_components() : motion) * n_vertices + balance_doubles();
+    return (connection.role == Role::flow ? load_components() : motion) * n_vertices +
+           balance_doubles();
   }
-  [[nodiscard]] std::size_t balance_doubles() const { return meshes.size() > 1 ? 4 * meshes.size() : 0; }
+  [[nodiscard]] std::size_t balance_doubles() const {
+    return meshes.size() > 1 ? 4 * meshes.size() : 0;
+  }
   [[nodiscard]] std::size_t load_components() const { return takes_force ? 3 : 1; }
   void count_parts();
   [[nodiscard]] std::span<double> report_room();

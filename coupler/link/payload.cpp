@@ -8,9 +8,8 @@
 #include <cstring>
 
 #define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include <fmt/format.h>
+#include <xxhash.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/wide_clones.hpp"
@@ -25,13 +24,14 @@ static_assert(sizeof(double) == 8);
 constexpr std::size_t wide_from = 4096;
 
 std::uint64_t checksum(std::span<const std::byte> bytes) noexcept {
-  if (bytes.size() >= wide_from && __builtin_cpu_supports("avx512f")) return checksum_avx512(bytes.data(), bytes.size());
-  if (bytes.size() >= wide_from && __builtin_cpu_supports("avx2")) return checksum_avx2(bytes.data(), bytes.size());
+  if (bytes.size() >= wide_from && __builtin_cpu_supports("avx512f"))
+    return checksum_avx512(bytes.data(), bytes.size());
+  if (bytes.size() >= wide_from && __builtin_cpu_supports("avx2"))
+    return checksum_avx2(bytes.data(), bytes.size());
   return bytes.empty() ? 0 : XXH3_64bits(bytes.data(), bytes.size());
 }
 
-OCU_WIDE_CLONES bool all_finite(
-    std::span<const double> values) noexcept {
+OCU_WIDE_CLONES bool all_finite(std::span<const double> values) noexcept {
   // 0 x is 0 for a finite x and not a number else. Eight sums, so that the loop vectorises without
   // reordering any of them.
   constexpr std::size_t lanes = 8;
@@ -91,8 +91,8 @@ namespace {
                                 to_word(header.kind), header.window, part.name,
                                 at / part.components, part.values[at]));
   }
-  throw LinkError(fmt::format("{} of window {}: a value is not finite", to_word(header.kind),
-                              header.window));
+  throw LinkError(
+      fmt::format("{} of window {}: a value is not finite", to_word(header.kind), header.window));
 }
 
 }  // namespace
@@ -147,8 +147,9 @@ InterfaceMesh mesh_from_payload(const Header& header, std::span<const std::byte>
   for (std::size_t q = 0; q < mesh.n_quads; ++q) {
     const std::int32_t* t = &mesh.triangles[6 * q];
     if (t[0] != t[3] || t[2] != t[4])
-      throw LinkError(fmt::format("MESH '{}': triangles {} and {} are not the halves (a, b, c), (a, c, d) of a quad",
-                                  mesh.name, 2 * q, 2 * q + 1));
+      throw LinkError(fmt::format(
+          "MESH '{}': triangles {} and {} are not the halves (a, b, c), (a, c, d) of a quad",
+          mesh.name, 2 * q, 2 * q + 1));
   }
   return mesh;
 }

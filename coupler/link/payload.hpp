@@ -36,7 +36,8 @@ void check_payload(const Header& header, std::span<const std::byte> bytes);
 
 /// Payload of a MESH message and back. `mesh_from_payload` checks indices and finiteness.
 [[nodiscard]] std::string mesh_payload(const InterfaceMesh& mesh);
-[[nodiscard]] InterfaceMesh mesh_from_payload(const Header& header, std::span<const std::byte> bytes);
+[[nodiscard]] InterfaceMesh mesh_from_payload(const Header& header,
+                                              std::span<const std::byte> bytes);
 
 /// Sets malloc's thresholds so that large messages re-use memory instead of fetching fresh pages
 /// from the kernel for each window (up to four times slower at 50,000 vertices).

@@ -1,6 +1,7 @@
 #include "coupler/link/shared_memory.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,8 +10,6 @@
 #include <cstring>
 #include <string>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/link/keys.hpp"
@@ -26,7 +25,8 @@ constexpr std::size_t most_mappings = 16;
 }  // namespace
 
 SharedMemory::SharedMemory(std::size_t slot_bytes, unsigned slots)
-    : slot_bytes_(slot_bytes), stride_((slot_bytes + alignment - 1) / alignment * alignment),
+    : slot_bytes_(slot_bytes),
+      stride_((slot_bytes + alignment - 1) / alignment * alignment),
       slots_(slots) {
   const std::size_t size = stride_ * slots;
   fd_ = ::memfd_create("ocublast-payload", MFD_CLOEXEC | MFD_ALLOW_SEALING);
@@ -45,7 +45,9 @@ SharedMemory::~SharedMemory() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-SharedMemory::SharedMemory(SharedMemory&& other) noexcept { *this = std::move(other); }
+SharedMemory::SharedMemory(SharedMemory&& other) noexcept {
+  *this = std::move(other);
+}
 
 SharedMemory& SharedMemory::operator=(SharedMemory&& other) noexcept {
   std::swap(fd_, other.fd_);
@@ -61,7 +63,8 @@ std::span<std::byte> SharedMemory::slot(std::uint64_t k) const {
 }
 
 MemoryPlace SharedMemory::place(std::uint64_t k) const {
-  return {.pid = static_cast<std::uint32_t>(::getpid()), .fd = static_cast<std::uint32_t>(fd_),
+  return {.pid = static_cast<std::uint32_t>(::getpid()),
+          .fd = static_cast<std::uint32_t>(fd_),
           .offset = (k % slots_) * stride_};
 }
 
@@ -87,10 +90,11 @@ const MemoryReader::Mapping& MemoryReader::map(const MemoryPlace& place) {
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) throw LinkError(fmt::format("{}: shared memory cannot be opened", path));
   const int seals = ::fcntl(fd, F_GET_SEALS);
-  const bool usable = ::fstat(fd, &status) == 0 && status.st_size > 0 && seals >= 0 &&
-                      (seals & F_SEAL_SHRINK) != 0;
+  const bool usable =
+      ::fstat(fd, &status) == 0 && status.st_size > 0 && seals >= 0 && (seals & F_SEAL_SHRINK) != 0;
   const auto size = static_cast<std::size_t>(status.st_size);
-  void* at = usable ? ::mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, fd, 0) : MAP_FAILED;
+  void* at =
+      usable ? ::mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, fd, 0) : MAP_FAILED;
   ::close(fd);
   if (at == MAP_FAILED)
     throw LinkError(fmt::format("{}: shared memory that could shrink, or cannot be mapped", path));
@@ -102,8 +106,8 @@ std::span<const std::byte> MemoryReader::view(const MemoryPlace& place, std::uin
   const auto all = map(place).bytes;
   if (place.offset % alignof(double) != 0 || place.offset > all.size() ||
       bytes > all.size() - place.offset)
-    throw LinkError(fmt::format("{} bytes at {} of a shared memory of {} bytes", bytes, place.offset,
-                                all.size()));
+    throw LinkError(fmt::format("{} bytes at {} of a shared memory of {} bytes", bytes,
+                                place.offset, all.size()));
   return all.subspan(place.offset, bytes);
 }
 

@@ -10,8 +10,8 @@ namespace ocublast::link {
 /// Where bytes lie in the memory of a process on this machine. pid 0: nowhere.
 struct MemoryPlace {
   std::uint32_t pid = 0;
-  std::uint32_t fd = 0;        ///< of that process
-  std::uint64_t offset = 0;    ///< bytes
+  std::uint32_t fd = 0;      ///< of that process
+  std::uint64_t offset = 0;  ///< bytes
   bool operator==(const MemoryPlace&) const = default;
 };
 
@@ -41,15 +41,16 @@ class SharedMemory {
   unsigned slots_ = 0;
 };
 
-/// Slots of a participant for payloads of this size: the receiver may still use the results of so many
-/// windows less two. The coupler keeps two windows of motion. More slots let a recording lag behind; all are
-/// gone through in turn, so that large ones push each other out of the cache.
+/// Slots of a participant for payloads of this size: the receiver may still use the results of so
+/// many windows less two. The coupler keeps two windows of motion. More slots let a recording lag
+/// behind; all are gone through in turn, so that large ones push each other out of the cache.
 [[nodiscard]] constexpr unsigned memory_slots(std::size_t slot_bytes) {
   constexpr std::size_t large = std::size_t{1} << 20;
   return slot_bytes < large ? 8 : 4;
 }
 
-/// A page that holds a random mark: whoever reads the mark there can share memory with this process.
+/// A page that holds a random mark: whoever reads the mark there can share memory with this
+/// process.
 class MemoryProbe {
  public:
   MemoryProbe();

@@ -5,7 +5,6 @@
 #include <span>
 #include <string>
 #include <vector>
-
 #include <zmq.hpp>
 
 #include "coupler/link/message.hpp"

@@ -1,12 +1,12 @@
 #include "coupler/mapping/interface_map.hpp"
 
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
-
-#include <Eigen/Dense>
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/mapping/point_rows.hpp"
@@ -39,33 +39,41 @@ void add_to(std::span<double> values, std::size_t vertex, const Vector3d& v) {
   for (std::size_t k = 0; k < 3; ++k) values[3 * vertex + k] += v[static_cast<Eigen::Index>(k)];
 }
 
-[[noreturn]] void refuse(const char* side, const link::InterfaceMesh& mesh, std::size_t vertex, const char* other,
-                         const std::string& what) {
+[[noreturn]] void refuse(const char* side, const link::InterfaceMesh& mesh, std::size_t vertex,
+                         const char* other, const std::string& what) {
   const Vector3d x = point_of(mesh.vertices, vertex);
-  throw LinkError(fmt::format("the interface meshes of flow and solid do not lie on each other: vertex {} of the {}'s "
-                              "'{}' at ({:.6g}, {:.6g}, {:.6g}) m {} of the {}'s", vertex, side, mesh.name, x[0], x[1],
-                              x[2], what, other));
+  throw LinkError(fmt::format(
+      "the interface meshes of flow and solid do not lie on each other: vertex {} of the {}'s "
+      "'{}' at ({:.6g}, {:.6g}, {:.6g}) m {} of the {}'s",
+      vertex, side, mesh.name, x[0], x[1], x[2], what, other));
 }
 
-void require_near(const char* side, const link::InterfaceMesh& mesh, std::size_t vertex, const char* other,
-                  const PointRow& row, const MappingOptions& options) {
-  if (row.weights.empty()) refuse(side, mesh, vertex, other, "has no facet that looks the same way");
+void require_near(const char* side, const link::InterfaceMesh& mesh, std::size_t vertex,
+                  const char* other, const PointRow& row, const MappingOptions& options) {
+  if (row.weights.empty())
+    refuse(side, mesh, vertex, other, "has no facet that looks the same way");
   if (row.gap > options.largest_gap * row.size)
     refuse(side, mesh, vertex, other,
-           fmt::format("is {:.3g} m away from the nearest facet, accepted {:.3g} m (coupling.mapping_gap {} x facet "
-                       "size {:.3g} m),", row.gap, options.largest_gap * row.size, options.largest_gap, row.size));
+           fmt::format("is {:.3g} m away from the nearest facet, accepted {:.3g} m "
+                       "(coupling.mapping_gap {} x facet "
+                       "size {:.3g} m),",
+                       row.gap, options.largest_gap * row.size, options.largest_gap, row.size));
 }
 
 }  // namespace
 
-InterfaceMap::InterfaceMap(link::InterfaceMesh flow, link::InterfaceMesh solid, const MappingOptions& options)
+InterfaceMap::InterfaceMap(link::InterfaceMesh flow, link::InterfaceMesh solid,
+                           const MappingOptions& options)
     : flow_(std::move(flow)), solid_(std::move(solid)) {
   if (flow_.triangles.empty())
-    throw LinkError(fmt::format("the interface mesh '{}' of the flow has no triangles", flow_.name));
+    throw LinkError(
+        fmt::format("the interface mesh '{}' of the flow has no triangles", flow_.name));
   const bool scattered = options.kind == MappingKind::radial_basis || solid_.triangles.empty();
   if (scattered && options.kind == MappingKind::nearest_projection)
-    throw LinkError(fmt::format("the interface mesh '{}' of the solid has no triangles: nearest projection needs them, "
-                                "coupling.mapping = \"radial-basis\" does not", solid_.name));
+    throw LinkError(fmt::format(
+        "the interface mesh '{}' of the solid has no triangles: nearest projection needs them, "
+        "coupling.mapping = \"radial-basis\" does not",
+        solid_.name));
   method_ = scattered ? "radial basis" : "nearest projection";
   const auto finder = scattered ? make_radial_basis(solid_) : make_projection(solid_);
   build_motion(*finder, options);
@@ -97,7 +105,8 @@ void InterfaceMap::build_motion(const PointFinder& finder, const MappingOptions&
   if (!apart) offset_.clear();
 }
 
-/// Interpolation on the flow's triangles; also finds parts of the solid that the flow does not cover.
+/// Interpolation on the flow's triangles; also finds parts of the solid that the flow does not
+/// cover.
 void InterfaceMap::build_pressure(const MappingOptions& options) {
   const auto on_flow = make_projection(flow_);
   auto normals = vertex_normals(solid_);
@@ -122,7 +131,8 @@ void InterfaceMap::build_pressure(const MappingOptions& options) {
   }
 }
 
-/// For each facet of the flow: integral over it of (corner's shape function) x (solid node's), over its area.
+/// For each facet of the flow: integral over it of (corner's shape function) x (solid node's), over
+/// its area.
 void InterfaceMap::build_force(const PointFinder& finder) {
   const auto areas = area_vectors(flow_.vertices, flow_.triangles);
   share_.assign(n_solid(), 0.0);
@@ -136,15 +146,19 @@ void InterfaceMap::build_force(const PointFinder& finder) {
     const double longest = std::max({(corner[1] - corner[0]).norm(), (corner[2] - corner[1]).norm(),
                                      (corner[0] - corner[2]).norm()});
     const double size = finder.row((corner[0] + corner[1] + corner[2]) / 3.0, normal).size;
-    const int pieces = size > 0.0 ? std::clamp(static_cast<int>(std::ceil(longest / size)), 1, most_pieces) : 1;
+    const int pieces =
+        size > 0.0 ? std::clamp(static_cast<int>(std::ceil(longest / size)), 1, most_pieces) : 1;
     std::map<std::int32_t, std::array<double, 3>> sums;
-    // Three points per piece, exact for quadratics; pieces upright and, from the second row on, upside down.
+    // Three points per piece, exact for quadratics; pieces upright and, from the second row on,
+    // upside down.
     const double step = 1.0 / pieces, weight = step * step / 3.0;
     const auto add_piece = [&](double u, double v, double sign) {
       for (std::size_t q = 0; q < 3; ++q) {
-        const double a = u + sign * step * (q == 1 ? 4.0 : 1.0) / 6.0, b = v + sign * step * (q == 2 ? 4.0 : 1.0) / 6.0;
+        const double a = u + sign * step * (q == 1 ? 4.0 : 1.0) / 6.0,
+                     b = v + sign * step * (q == 2 ? 4.0 : 1.0) / 6.0;
         const std::array<double, 3> N{1.0 - a - b, a, b};
-        const PointRow row = finder.row(N[0] * corner[0] + N[1] * corner[1] + N[2] * corner[2], normal);
+        const PointRow row =
+            finder.row(N[0] * corner[0] + N[1] * corner[1] + N[2] * corner[2], normal);
         if (row.weights.empty())
           refuse("flow", flow_, static_cast<std::size_t>(flow_.triangles[3 * t]), "solid",
                  "belongs to a facet that no facet faces the same way");
@@ -195,7 +209,8 @@ void InterfaceMap::build_fit() {
 
 void InterfaceMap::map_vectors(std::span<const double> solid, std::span<double> flow) const {
   Matrix3d gradient = Matrix3d::Zero();  // [component, direction]
-  for (std::size_t j = 0; j < fit_.size(); ++j) gradient += point_of(solid, j) * fit_[j].transpose();
+  for (std::size_t j = 0; j < fit_.size(); ++j)
+    gradient += point_of(solid, j) * fit_[j].transpose();
   for (std::size_t v = 0; v < n_flow(); ++v) {
     std::array<double, 3> sum{};
     for (std::size_t e = motion_.begin[v]; e < motion_.begin[v + 1]; ++e) {
@@ -214,7 +229,8 @@ void InterfaceMap::map_position(std::span<const double> solid, std::span<double>
   for (std::size_t i = 0; i < flow.size(); ++i) flow[i] += flow_.vertices[i];
 }
 
-void InterfaceMap::map_pressure(std::span<const double> overpressure, std::span<double> solid) const {
+void InterfaceMap::map_pressure(std::span<const double> overpressure,
+                                std::span<double> solid) const {
   for (std::size_t v = 0; v < n_solid(); ++v) {
     double sum = 0.0;
     for (std::size_t e = pressure_.begin[v]; e < pressure_.begin[v + 1]; ++e)
@@ -240,10 +256,12 @@ void InterfaceMap::map_force(std::span<const double> overpressure, std::span<con
     const double sum = p[0] + p[1] + p[2];
     total += sum / 3.0 * push;
     // Integral of (linear x) x (linear p): sum over corners of x_a p_b (1 + [a = b]) / 12.
-    moment += ((x[0] + x[1] + x[2]) * sum + x[0] * p[0] + x[1] * p[1] + x[2] * p[2]).cross(push) / 12.0;
+    moment +=
+        ((x[0] + x[1] + x[2]) * sum + x[0] * p[0] + x[1] * p[1] + x[2] * p[2]).cross(push) / 12.0;
     for (std::size_t e = facet_begin_[t]; e < facet_begin_[t + 1]; ++e) {
       const auto& [node, c] = facet_share_[e];
-      add_to(force, static_cast<std::size_t>(node), (c[0] * p[0] + c[1] * p[1] + c[2] * p[2]) * push);
+      add_to(force, static_cast<std::size_t>(node),
+             (c[0] * p[0] + c[1] * p[1] + c[2] * p[2]) * push);
     }
   }
   balance_force(total, moment, x_solid, force);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -7,8 +8,6 @@
 #include <span>
 #include <string>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "coupler/link/participant.hpp"
 
@@ -20,23 +19,25 @@ class PointFinder;
 enum class MappingKind { automatic, nearest_projection, radial_basis };
 
 struct MappingOptions {
-  MappingKind kind = MappingKind::automatic;  ///< automatic: projection, radial basis where there are no triangles
-  double largest_gap = 0.5;                   ///< between the meshes, in facet sizes; beyond: refused
+  MappingKind kind =
+      MappingKind::automatic;  ///< automatic: projection, radial basis where there are no triangles
+  double largest_gap = 0.5;    ///< between the meshes, in facet sizes; beyond: refused
 };
 
 /// Carries motion from the solid's interface mesh to the flow's and load back, where they differ.
 ///
-/// Motion is consistent: x_f = X_f + H (x_s - X_s), u_f = H u_s, where the rows of H interpolate in the
-/// solid's mesh. A term of rank 4 adds, over the gap between the meshes, the linear field that fits
-/// u_s best, so that H reproduces constant and linear fields (rigid motions) to round-off whatever
-/// the gap; it vanishes with the gap.
+/// Motion is consistent: x_f = X_f + H (x_s - X_s), u_f = H u_s, where the rows of H interpolate in
+/// the solid's mesh. A term of rank 4 adds, over the gap between the meshes, the linear field that
+/// fits u_s best, so that H reproduces constant and linear fields (rigid motions) to round-off
+/// whatever the gap; it vanishes with the gap.
 ///
 /// Force is conservative: the flow's overpressure, linear on its facets, is integrated over them as
 /// they stand, and each piece is handed to the nodes of the solid by the same interpolation at its
 /// points of quadrature (dense enough that no facet of the solid is left out). That keeps the total
 /// force to round-off; a force field (a + b x r) over the nodes, weighted by their share, mends the
 /// rest of the total moment that the gap leaves. Where the solid takes no forces it is given the
-/// overpressure at its vertices instead, interpolated on the flow's mesh: 2nd order, not conservative.
+/// overpressure at its vertices instead, interpolated on the flow's mesh: 2nd order, not
+/// conservative.
 class InterfaceMap {
  public:
   /// Throws LinkError that names the place where the meshes do not belong together.
@@ -52,8 +53,8 @@ class InterfaceMap {
   void map_position(std::span<const double> solid, std::span<double> flow) const;
   /// Velocities [n, 3] (or any vectors) of the solid to those of the flow.
   void map_vectors(std::span<const double> solid, std::span<double> flow) const;
-  /// Nodal forces [n_solid, 3] N of overpressure [n_flow] Pa on the flow's mesh at x_flow [n_flow, 3],
-  /// on the solid's nodes at x_solid [n_solid, 3], both m.
+  /// Nodal forces [n_solid, 3] N of overpressure [n_flow] Pa on the flow's mesh at x_flow [n_flow,
+  /// 3], on the solid's nodes at x_solid [n_solid, 3], both m.
   void map_force(std::span<const double> overpressure, std::span<const double> x_flow,
                  std::span<const double> x_solid, std::span<double> force) const;
   /// Overpressure [n_flow] Pa to the solid's vertices [n_solid].

@@ -1,11 +1,10 @@
 #include "coupler/mapping/point_rows.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
-
-#include <Eigen/Dense>
 #include <unsupported/Eigen/BVH>
 
 #include "coupler/mapping/surface_search.hpp"
@@ -18,7 +17,8 @@ namespace {
 
 class Projection : public PointFinder {
  public:
-  explicit Projection(const link::InterfaceMesh& mesh) : triangles_(mesh.triangles), search_(mesh) {}
+  explicit Projection(const link::InterfaceMesh& mesh)
+      : triangles_(mesh.triangles), search_(mesh) {}
 
   [[nodiscard]] PointRow row(const Vector3d& x, const Vector3d& normal) const override {
     const SurfacePoint found = search_.nearest(x, normal);
@@ -26,7 +26,8 @@ class Projection : public PointFinder {
     PointRow row{.weights = {}, .gap = found.distance, .size = search_.facet_size(found.triangle)};
     for (std::size_t k = 0; k < 3; ++k)
       if (found.weight[k] != 0.0)
-        row.weights.emplace_back(triangles_[3 * static_cast<std::size_t>(found.triangle) + k], found.weight[k]);
+        row.weights.emplace_back(triangles_[3 * static_cast<std::size_t>(found.triangle) + k],
+                                 found.weight[k]);
     return row;
   }
 
@@ -84,8 +85,10 @@ class RadialBasis : public PointFinder {
 
 std::vector<std::pair<double, std::int32_t>> RadialBasis::nearest(const Vector3d& x) const {
   const std::size_t wanted = std::min(stencil_nodes, points_.size());
-  // The radius that would hold as many of nodes spread over a surface of this extent, doubled until it does.
-  double radius = extent_ * std::sqrt(static_cast<double>(wanted) / static_cast<double>(points_.size()));
+  // The radius that would hold as many of nodes spread over a surface of this extent, doubled until
+  // it does.
+  double radius =
+      extent_ * std::sqrt(static_cast<double>(wanted) / static_cast<double>(points_.size()));
   for (;; radius *= 2.0) {
     Within search{.points = points_, .x = x, .square = radius * radius, .found = {}};
     Eigen::BVIntersect(tree_, search);
@@ -117,7 +120,9 @@ PointRow RadialBasis::row(const Vector3d& x, const Vector3d& /*normal*/) const {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, n + m);
   Eigen::VectorXd b(n + m);
   const auto cube = [&](const Vector3d& d) { return std::pow(d.norm() / scale, 3); };
-  const auto polynomial = [&](const Vector3d& d, Eigen::Index p) { return p == 0 ? 1.0 : d.dot(p == 1 ? s : t); };
+  const auto polynomial = [&](const Vector3d& d, Eigen::Index p) {
+    return p == 0 ? 1.0 : d.dot(p == 1 ? s : t);
+  };
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j) A(i, j) = cube(at(i) - at(j));
     for (Eigen::Index p = 0; p < m; ++p) A(i, n + p) = A(n + p, i) = polynomial(at(i) - center, p);
@@ -125,7 +130,9 @@ PointRow RadialBasis::row(const Vector3d& x, const Vector3d& /*normal*/) const {
   }
   for (Eigen::Index p = 0; p < m; ++p) b(n + p) = polynomial(x - center, p);
   const Eigen::VectorXd w = A.partialPivLu().solve(b);
-  PointRow row{.weights = {}, .gap = std::sqrt(near.front().first), .size = 2.0 * scale / std::sqrt(static_cast<double>(n))};
+  PointRow row{.weights = {},
+               .gap = std::sqrt(near.front().first),
+               .size = 2.0 * scale / std::sqrt(static_cast<double>(n))};
   const double sum = w.head(n).sum();
   for (Eigen::Index k = 0; k < n; ++k)
     row.weights.emplace_back(near[static_cast<std::size_t>(k)].second, w(k) / sum);

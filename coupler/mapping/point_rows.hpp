@@ -1,11 +1,10 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "coupler/link/participant.hpp"
 
@@ -24,16 +23,17 @@ class PointFinder {
   virtual ~PointFinder() = default;
   /// For a point x [m] of a surface with this unit normal; no weights where the mesh has nothing
   /// that looks the same way.
-  [[nodiscard]] virtual PointRow row(const Eigen::Vector3d& x, const Eigen::Vector3d& normal) const = 0;
+  [[nodiscard]] virtual PointRow row(const Eigen::Vector3d& x,
+                                     const Eigen::Vector3d& normal) const = 0;
 };
 
 /// Nearest projection onto the triangles of a mesh, linear in them: constant fields are reproduced,
 /// linear ones where the point lies on the mesh. 2nd order.
 [[nodiscard]] std::unique_ptr<PointFinder> make_projection(const link::InterfaceMesh& mesh);
 
-/// Scattered nodes without triangles: interpolation by the radial basis r^3 and linear polynomials in
-/// the tangent plane of the 20 nearest nodes (polyharmonic spline, Duchon 1977; local stencils as in
-/// Fornberg and Flyer, A Primer on Radial Basis Functions, 2015). At least 2nd order.
+/// Scattered nodes without triangles: interpolation by the radial basis r^3 and linear polynomials
+/// in the tangent plane of the 20 nearest nodes (polyharmonic spline, Duchon 1977; local stencils
+/// as in Fornberg and Flyer, A Primer on Radial Basis Functions, 2015). At least 2nd order.
 [[nodiscard]] std::unique_ptr<PointFinder> make_radial_basis(const link::InterfaceMesh& mesh);
 
 }  // namespace ocublast::coupler

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-
 #include <unsupported/Eigen/BVH>
 
 #include "coupler/base/closest_point.hpp"
@@ -21,10 +20,13 @@ constexpr double same_side = 0.2;
 
 }  // namespace
 
-std::vector<Vector3d> area_vectors(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
+std::vector<Vector3d> area_vectors(std::span<const double> vertices,
+                                   std::span<const std::int32_t> triangles) {
   std::vector<Vector3d> areas(triangles.size() / 3);
   for (std::size_t t = 0; t < areas.size(); ++t) {
-    const auto corner = [&](std::size_t k) { return point_of(vertices, static_cast<std::size_t>(triangles[3 * t + k])); };
+    const auto corner = [&](std::size_t k) {
+      return point_of(vertices, static_cast<std::size_t>(triangles[3 * t + k]));
+    };
     areas[t] = 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0));
   }
   return areas;
@@ -83,7 +85,8 @@ SurfaceSearch::SurfaceSearch(const link::InterfaceMesh& mesh) : tree_(std::make_
   for (std::size_t t = 0; t < n; ++t) {
     numbers[t] = static_cast<std::int32_t>(t);
     for (std::size_t k = 0; k < 3; ++k) {
-      tree_->corners.push_back(point_of(mesh.vertices, static_cast<std::size_t>(mesh.triangles[3 * t + k])));
+      tree_->corners.push_back(
+          point_of(mesh.vertices, static_cast<std::size_t>(mesh.triangles[3 * t + k])));
       boxes[t].extend(tree_->corners.back());
     }
     tree_->normals.push_back(areas[t].normalized());
@@ -97,7 +100,8 @@ SurfaceSearch::SurfaceSearch(SurfaceSearch&&) noexcept = default;
 SurfaceSearch& SurfaceSearch::operator=(SurfaceSearch&&) noexcept = default;
 
 SurfacePoint SurfaceSearch::nearest(const Vector3d& x, const Vector3d& normal) const {
-  Nearest search{.corners = tree_->corners, .normals = tree_->normals, .x = x, .normal = normal, .best = {}};
+  Nearest search{
+      .corners = tree_->corners, .normals = tree_->normals, .x = x, .normal = normal, .best = {}};
   if (!tree_->sizes.empty()) static_cast<void>(Eigen::BVMinimize(tree_->boxes, search));
   return search.best;
 }

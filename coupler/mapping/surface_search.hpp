@@ -1,12 +1,11 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "coupler/link/participant.hpp"
 
@@ -14,9 +13,9 @@ namespace ocublast::coupler {
 
 /// A point of a surface: a triangle and the weights of its corners (they sum to 1).
 struct SurfacePoint {
-  std::int32_t triangle = -1;         ///< -1: none
+  std::int32_t triangle = -1;  ///< -1: none
   std::array<double, 3> weight{};
-  double distance = 0.0;              ///< m, from the point asked for
+  double distance = 0.0;  ///< m, from the point asked for
 };
 
 /// Finds the nearest point of a triangulated surface on facets that look the same way, so that the
@@ -28,8 +27,8 @@ class SurfaceSearch {
   SurfaceSearch(SurfaceSearch&&) noexcept;
   SurfaceSearch& operator=(SurfaceSearch&&) noexcept;
 
-  /// Nearest point to x [m] among facets whose normal n has n . normal > 0.2 (as for the walls of the
-  /// flow); triangle -1 where there is none. O(log of the number of triangles).
+  /// Nearest point to x [m] among facets whose normal n has n . normal > 0.2 (as for the walls of
+  /// the flow); triangle -1 where there is none. O(log of the number of triangles).
   [[nodiscard]] SurfacePoint nearest(const Eigen::Vector3d& x, const Eigen::Vector3d& normal) const;
   /// Length of a facet's edges if it were equilateral, m.
   [[nodiscard]] double facet_size(std::int32_t triangle) const;

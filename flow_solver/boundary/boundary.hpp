@@ -18,26 +18,29 @@ struct State {
 class IncomingGas {
  public:
   virtual ~IncomingGas() = default;
-  /// State at time t [s] and place x, y, z [m] (0.5 in absent directions). Called by several threads.
+  /// State at time t [s] and place x, y, z [m] (0.5 in absent directions). Called by several
+  /// threads.
   [[nodiscard]] virtual State at(double t, double x, double y, double z) const = 0;
 };
 
 enum class BoundaryKind {
-  symmetry,     ///< plane of symmetry, equally an adiabatic slip wall: fluxes of mass and energy vanish exactly
+  symmetry,     ///< plane of symmetry, equally an adiabatic slip wall: fluxes of mass and energy
+                ///< vanish exactly
   wall,         ///< as `Wall` says; mass flux vanishes exactly
   outflow,      ///< characteristic: the incoming invariant is that of `state` (the gas far away)
   fixed_state,  ///< all ghost nodes hold `state` (supersonic or prescribed inflow)
   subsonic_inflow,  ///< velocity and temperature of `state`; pressure from the wave that leaves
-  reservoir,    ///< gas at rest in `state`, accelerated without loss to the face; at most sonic there
-  periodic,     ///< both faces of a direction
-  neighbour,    ///< another rank goes on; its nodes are the ghosts (never in a case)
+  reservoir,  ///< gas at rest in `state`, accelerated without loss to the face; at most sonic there
+  periodic,   ///< both faces of a direction
+  neighbour,  ///< another rank goes on; its nodes are the ghosts (never in a case)
 };
 
 /// A wall on a face of the domain; it may move along itself.
 struct Wall {
   bool slip = false;
-  double temperature = 0.0;          ///< K, 0: adiabatic
-  std::array<double, 3> velocity{};  ///< m/s, no slip only; the component along the normal must be 0
+  double temperature = 0.0;  ///< K, 0: adiabatic
+  std::array<double, 3>
+      velocity{};  ///< m/s, no slip only; the component along the normal must be 0
 };
 
 /// One face of the domain.

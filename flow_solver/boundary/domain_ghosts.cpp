@@ -11,10 +11,13 @@ namespace {
 
 // Quadratic through the wall's value and the first two nodes, at ghost layers 0 to 3 (half an index
 // beyond the wall, one more each): weights of the wall and of the two nodes.
-constexpr double wall_quadratic[n_ghost][3] = {
-    {8.0 / 3.0, -2.0, 1.0 / 3.0}, {8.0, -9.0, 2.0}, {16.0, -20.0, 5.0}, {80.0 / 3.0, -35.0, 28.0 / 3.0}};
+constexpr double wall_quadratic[n_ghost][3] = {{8.0 / 3.0, -2.0, 1.0 / 3.0},
+                                               {8.0, -9.0, 2.0},
+                                               {16.0, -20.0, 5.0},
+                                               {80.0 / 3.0, -35.0, 28.0 / 3.0}};
 // The quadratic may differ from the odd continuation about the wall's value by this share of the
-// mirrored node's own difference: all of it in a resolved layer, a bound where a shock meets the wall.
+// mirrored node's own difference: all of it in a resolved layer, a bound where a shock meets the
+// wall.
 constexpr double most_bending = 1.0;
 // Ghost temperatures stay above this share of the wall's and of the mirrored node's.
 constexpr double least_temperature = 0.25;
@@ -23,13 +26,16 @@ constexpr double least_temperature = 0.25;
 int source_of(BoundaryKind kind, bool low, int layer, int n) {
   switch (kind) {
     case BoundaryKind::symmetry:
-    case BoundaryKind::wall: return low ? layer : n - 1 - layer;
-    case BoundaryKind::periodic: return low ? n - 1 - layer : layer;
+    case BoundaryKind::wall:
+      return low ? layer : n - 1 - layer;
+    case BoundaryKind::periodic:
+      return low ? n - 1 - layer : layer;
     case BoundaryKind::outflow:
     case BoundaryKind::fixed_state:
     case BoundaryKind::subsonic_inflow:
     case BoundaryKind::reservoir:
-    case BoundaryKind::neighbour: break;
+    case BoundaryKind::neighbour:
+      break;
   }
   return low ? 0 : n - 1;
 }
@@ -39,11 +45,13 @@ bool is_open(BoundaryKind kind) {
     case BoundaryKind::outflow:
     case BoundaryKind::fixed_state:
     case BoundaryKind::subsonic_inflow:
-    case BoundaryKind::reservoir: return true;
+    case BoundaryKind::reservoir:
+      return true;
     case BoundaryKind::symmetry:
     case BoundaryKind::wall:
     case BoundaryKind::periodic:
-    case BoundaryKind::neighbour: break;
+    case BoundaryKind::neighbour:
+      break;
   }
   return false;
 }
@@ -73,14 +81,19 @@ State incoming_at(const EndOfLines& end, int i, int layer) {
 NodeState open_state(const EndOfLines& end, const NodeState& node, const NodeState& far) {
   const double sign = end.low ? -1.0 : 1.0;
   switch (end.boundary->kind) {
-    case BoundaryKind::outflow: return characteristic_state(*end.gas, node, far, end.axis, sign);
-    case BoundaryKind::subsonic_inflow: return inflow_state(*end.gas, node, far, end.axis, sign);
-    case BoundaryKind::reservoir: return reservoir_state(*end.gas, node, far, end.axis, sign);
-    default: return far;
+    case BoundaryKind::outflow:
+      return characteristic_state(*end.gas, node, far, end.axis, sign);
+    case BoundaryKind::subsonic_inflow:
+      return inflow_state(*end.gas, node, far, end.axis, sign);
+    case BoundaryKind::reservoir:
+      return reservoir_state(*end.gas, node, far, end.axis, sign);
+    default:
+      return far;
   }
 }
 
-void fill_open_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
+void fill_open_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::ptrdiff_t stride,
+                   int count) {
   const int n = end.grid->axis[static_cast<std::size_t>(end.axis)].n;
   const std::ptrdiff_t last = (end.low ? 0 : n - 1) * stride;
   const NodeState constant = node_state(*end.gas, end.boundary->state);
@@ -107,9 +120,10 @@ double beyond_wall(double wall, double first, double second, double mirrored, in
   return odd + std::clamp(bend, -most, most);
 }
 
-/// No-slip or isothermal wall: pressure even, temperature and tangential velocity through their wall
-/// values, mass flux odd to round-off.
-void fill_wall_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
+/// No-slip or isothermal wall: pressure even, temperature and tangential velocity through their
+/// wall values, mass flux odd to round-off.
+void fill_wall_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::ptrdiff_t stride,
+                   int count) {
   const int n = end.grid->axis[static_cast<std::size_t>(end.axis)].n;
   const Wall& wall = end.boundary->wall;
   const std::ptrdiff_t inwards = end.low ? stride : -stride;
@@ -121,24 +135,29 @@ void fill_wall_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::p
       const double T = from[4 * sf];
       double ghost_T = T;
       if (wall.temperature > 0.0) {
-        ghost_T = std::max(beyond_wall(wall.temperature, first[4 * sf], first[4 * sf + inwards], T, layer),
-                           least_temperature * std::min(T, wall.temperature));
+        ghost_T = std::max(
+            beyond_wall(wall.temperature, first[4 * sf], first[4 * sf + inwards], T, layer),
+            least_temperature * std::min(T, wall.temperature));
       }
       const double rho = from[0] * T / ghost_T;
       to[0] = static_cast<Real>(rho);
       to[4 * sf] = static_cast<Real>(ghost_T);
       for (int a = 0; a < 3; ++a) {
         const std::ptrdiff_t f = (prim_u + a) * sf;
-        if (a == end.axis) to[f] = static_cast<Real>(-from[f] * (from[0] / rho));
-        else if (wall.slip) to[f] = from[f];
-        else to[f] = static_cast<Real>(
-                 beyond_wall(wall.velocity[static_cast<std::size_t>(a)], first[f], first[f + inwards], from[f], layer));
+        if (a == end.axis)
+          to[f] = static_cast<Real>(-from[f] * (from[0] / rho));
+        else if (wall.slip)
+          to[f] = from[f];
+        else
+          to[f] = static_cast<Real>(beyond_wall(wall.velocity[static_cast<std::size_t>(a)],
+                                                first[f], first[f + inwards], from[f], layer));
       }
     }
   }
 }
 
-void fill_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::ptrdiff_t stride, int count) {
+void fill_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::ptrdiff_t stride,
+              int count) {
   const BoundaryKind kind = end.boundary->kind;
   if (is_open(kind)) return fill_open_end(end, node0, sf, stride, count);
   if (kind == BoundaryKind::wall) return fill_wall_end(end, node0, sf, stride, count);
@@ -153,31 +172,34 @@ void fill_end(const EndOfLines& end, Real* node0, std::ptrdiff_t sf, std::ptrdif
   }
 }
 
-/// Calls fill(axis, node 0 of the first line, stride, number of neighbouring lines) for all lines of one
-/// axis beside the box: x-lines, or rows with their x ghosts, or planes with both.
+/// Calls fill(axis, node 0 of the first line, stride, number of neighbouring lines) for all lines
+/// of one axis beside the box: x-lines, or rows with their x ghosts, or planes with both.
 template <class Fill>
-void fill_ends_of(int axis, const Grid& grid, const NodeBox& box, Real* data, const Block& b, int threads,
-                  const Fill& fill) {
+void fill_ends_of(int axis, const Grid& grid, const NodeBox& box, Real* data, const Block& b,
+                  int threads, const Fill& fill) {
   if (!grid.axis[static_cast<std::size_t>(axis)].present) return;
   const int first = box.lo[0] - n_ghost;
   const int width = box.hi[0] - box.lo[0] + 2 * n_ghost;
   if (axis < 2) {
 #pragma omp parallel for schedule(static) num_threads(threads)
     for (int k = box.lo[2]; k < box.hi[2]; ++k) {
-      if (axis == 1) fill(1, data + first + k * b.sk, b.sj, width);
-      else for (int j = box.lo[1]; j < box.hi[1]; ++j) fill(0, data + j * b.sj + k * b.sk, 1, 1);
+      if (axis == 1)
+        fill(1, data + first + k * b.sk, b.sj, width);
+      else
+        for (int j = box.lo[1]; j < box.hi[1]; ++j) fill(0, data + j * b.sj + k * b.sk, 1, 1);
     }
     return;
   }
   const int g1 = grid.axis[1].ghosts();
 #pragma omp parallel for schedule(static) num_threads(threads)
-  for (int j = box.lo[1] - g1; j < box.hi[1] + g1; ++j) fill(2, data + first + j * b.sj, b.sk, width);
+  for (int j = box.lo[1] - g1; j < box.hi[1] + g1; ++j)
+    fill(2, data + first + j * b.sj, b.sk, width);
 }
 
 }  // namespace
 
-void DomainGhosts::fill(int axis, bool low, Real* node0, std::array<int, 3> node, std::ptrdiff_t stride,
-                        int count) const {
+void DomainGhosts::fill(int axis, bool low, Real* node0, std::array<int, 3> node,
+                        std::ptrdiff_t stride, int count) const {
   const auto a = static_cast<std::size_t>(axis);
   if (!grid_.axis[a].present || (low ? box_.lo[axis] > 0 : box_.hi[axis] < grid_.axis[a].n)) return;
   const Boundary& b = boundaries_[2 * a + (low ? 0 : 1)];
@@ -185,19 +207,27 @@ void DomainGhosts::fill(int axis, bool low, Real* node0, std::array<int, 3> node
   if (axis > 0 && count >= tile_width) {
     if (const std::optional<OutflowEnd> end = outflow_end(axis, low)) {
       const int n = grid_.axis[a].n;
-      return kernels_.outflow_rows(*end, node0 + (low ? 0 : n - 1) * stride, W_.sf, low ? -stride : stride, count);
+      return kernels_.outflow_rows(*end, node0 + (low ? 0 : n - 1) * stride, W_.sf,
+                                   low ? -stride : stride, count);
     }
   }
-  fill_end({&grid_, &b, &gas_, t_, axis, low, {node[0], node[1], node[2]}}, node0, W_.sf, stride, count);
+  fill_end({&grid_, &b, &gas_, t_, axis, low, {node[0], node[1], node[2]}}, node0, W_.sf, stride,
+           count);
 }
 
 std::optional<OutflowEnd> DomainGhosts::outflow_end(int axis, bool low) const {
   const Boundary& b = boundaries_[2 * static_cast<std::size_t>(axis) + (low ? 0 : 1)];
-  const bool diatomic = std::abs(gas_.heat_capacity_ratio - 1.4) < 1e-12;  // no power in the kernels
+  const bool diatomic =
+      std::abs(gas_.heat_capacity_ratio - 1.4) < 1e-12;  // no power in the kernels
   if (b.kind != BoundaryKind::outflow || b.incoming != nullptr || !diatomic) return std::nullopt;
   const NodeState far = node_state(gas_, b.state);
-  return OutflowEnd{.axis = axis, .sign = low ? -1.0 : 1.0, .rho = far.rho, .u = {far.u[0], far.u[1], far.u[2]},
-                    .T = far.T, .gamma = gas_.heat_capacity_ratio, .gas_constant = gas_.gas_constant};
+  return OutflowEnd{.axis = axis,
+                    .sign = low ? -1.0 : 1.0,
+                    .rho = far.rho,
+                    .u = {far.u[0], far.u[1], far.u[2]},
+                    .T = far.T,
+                    .gamma = gas_.heat_capacity_ratio,
+                    .gas_constant = gas_.gas_constant};
 }
 
 void DomainGhosts::fill_x(int k, int j0, int j1) const {
@@ -219,7 +249,8 @@ void DomainGhosts::fill_y(int k, bool low) const {
 
 void DomainGhosts::fill_z(int j) const {
   const int first = box_.lo[0] - n_ghost, width = box_.hi[0] + n_ghost - first;
-  for (const bool low : {true, false}) fill(2, low, W_.data + first + j * W_.sj, {first, j, 0}, W_.sk, width);
+  for (const bool low : {true, false})
+    fill(2, low, W_.data + first + j * W_.sj, {first, j, 0}, W_.sk, width);
 }
 
 void DomainGhosts::fill_all(int threads) const {
@@ -241,8 +272,10 @@ void DomainGhosts::fill_axis(int axis, int threads) const {
   }
 #pragma omp parallel for schedule(static) num_threads(threads)
   for (int k = box_.lo[2]; k < box_.hi[2]; ++k) {
-    if (axis == 0) fill_x(k, box_.lo[1], box_.hi[1]);
-    else for (const bool low : {true, false}) fill_y(k, low);
+    if (axis == 0)
+      fill_x(k, box_.lo[1], box_.hi[1]);
+    else
+      for (const bool low : {true, false}) fill_y(k, low);
   }
 }
 

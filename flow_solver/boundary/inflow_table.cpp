@@ -1,13 +1,13 @@
 #include "flow_solver/boundary/inflow_table.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>
 #include <string>
 #include <string_view>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 
@@ -41,14 +41,16 @@ std::vector<double> numbers(std::string_view line) {
 
 }  // namespace
 
-InflowTable::InflowTable(std::vector<InflowPoint> points, const Gas& gas, const std::array<double, 3>& inwards)
+InflowTable::InflowTable(std::vector<InflowPoint> points, const Gas& gas,
+                         const std::array<double, 3>& inwards)
     : points_(std::move(points)), gas_(gas), inwards_(inwards) {
   if (points_.empty()) throw CaseError("inflow table: it has no points");
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const InflowPoint& p = points_[i];
     if (!(p.pressure > 0.0) || !(p.temperature > 0.0)) {
-      throw CaseError(fmt::format("inflow table: pressure {} Pa, temperature {} K at t = {} s; both must be above 0",
-                                  p.pressure, p.temperature, p.time));
+      throw CaseError(fmt::format(
+          "inflow table: pressure {} Pa, temperature {} K at t = {} s; both must be above 0",
+          p.pressure, p.temperature, p.time));
     }
     if (i > 0 && !(p.time > points_[i - 1].time)) {
       throw CaseError(fmt::format("inflow table: time {} s follows {} s; times must rise", p.time,
@@ -58,8 +60,9 @@ InflowTable::InflowTable(std::vector<InflowPoint> points, const Gas& gas, const 
 }
 
 State InflowTable::at(double t, double, double, double) const {
-  const auto above = std::upper_bound(points_.begin(), points_.end(), t,
-                                      [](double time, const InflowPoint& p) { return time < p.time; });
+  const auto above =
+      std::upper_bound(points_.begin(), points_.end(), t,
+                       [](double time, const InflowPoint& p) { return time < p.time; });
   InflowPoint p = above == points_.begin() ? points_.front() : *(above - 1);
   if (above != points_.begin() && above != points_.end()) {
     const double f = (t - p.time) / (above->time - p.time);
@@ -67,8 +70,11 @@ State InflowTable::at(double t, double, double, double) const {
     p.temperature += f * (above->temperature - p.temperature);
     p.speed += f * (above->speed - p.speed);
   }
-  return {.rho = density(gas_, p.pressure, p.temperature), .u = p.speed * inwards_[0],
-          .v = p.speed * inwards_[1], .w = p.speed * inwards_[2], .p = p.pressure};
+  return {.rho = density(gas_, p.pressure, p.temperature),
+          .u = p.speed * inwards_[0],
+          .v = p.speed * inwards_[1],
+          .w = p.speed * inwards_[2],
+          .p = p.pressure};
 }
 
 std::vector<InflowPoint> read_inflow_points(const std::filesystem::path& file) {
@@ -82,7 +88,8 @@ std::vector<InflowPoint> read_inflow_points(const std::filesystem::path& file) {
     if (trimmed(line).empty()) continue;
     const std::vector<double> v = numbers(line);
     if (v.empty()) {
-      throw CaseError(fmt::format("{}:{}: '{}' is not four numbers {}", file.string(), number, trimmed(line), header));
+      throw CaseError(fmt::format("{}:{}: '{}' is not four numbers {}", file.string(), number,
+                                  trimmed(line), header));
     }
     points.push_back({v[0], v[1], v[2], v[3]});
   }

@@ -31,11 +31,13 @@ NodeState characteristic_state(const Gas& gas, const NodeState& s, const NodeSta
   const double ratio = b.T / donor.T;
   // Isentropic: rho ~ T^(1/(gamma-1)); for gamma = 1.4 the power is 5/2, without a call to pow.
   const bool diatomic = std::abs(gamma - 1.4) < 1e-12;
-  b.rho = donor.rho * (diatomic ? ratio * ratio * std::sqrt(ratio) : std::pow(ratio, 1.0 / (gamma - 1.0)));
+  b.rho = donor.rho *
+          (diatomic ? ratio * ratio * std::sqrt(ratio) : std::pow(ratio, 1.0 / (gamma - 1.0)));
   return b;
 }
 
-NodeState inflow_state(const Gas& gas, const NodeState& s, const NodeState& far, int axis, double sign) {
+NodeState inflow_state(const Gas& gas, const NodeState& s, const NodeState& far, int axis,
+                       double sign) {
   const double un_far = sign * far.u[axis];
   if (un_far <= -sound_speed(gas, far.T)) return far;
   const double c = sound_speed(gas, s.T);
@@ -47,7 +49,8 @@ NodeState inflow_state(const Gas& gas, const NodeState& s, const NodeState& far,
   return b;
 }
 
-NodeState reservoir_state(const Gas& gas, const NodeState& s, const NodeState& total, int axis, double sign) {
+NodeState reservoir_state(const Gas& gas, const NodeState& s, const NodeState& total, int axis,
+                          double sign) {
   const double gamma = gas.heat_capacity_ratio, gm1 = gamma - 1.0;
   const double c0 = sound_speed(gas, total.T);
   const double outgoing = sign * s.u[axis] + 2.0 * sound_speed(gas, s.T) / gm1;

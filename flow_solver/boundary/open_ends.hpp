@@ -14,21 +14,21 @@ struct NodeState {
 /// The same from a state with pressure.
 [[nodiscard]] NodeState node_state(const Gas& gas, const State& s);
 
-// Ghost states beyond an open end after node state `s` and outer gas `far`. `sign` is +1 at the high
-// end of `axis`, -1 at the low one.
+// Ghost states beyond an open end after node state `s` and outer gas `far`. `sign` is +1 at the
+// high end of `axis`, -1 at the low one.
 
 /// Outgoing Riemann invariant of the node, incoming one of the gas far away; entropy and tangential
 /// velocity from where the gas comes.
-[[nodiscard]] NodeState characteristic_state(const Gas& gas, const NodeState& s, const NodeState& far,
-                                             int axis, double sign);
-/// Velocity and temperature of `far`; the pressure follows the wave that leaves: dp + rho c du_n = 0
-/// along it. Supersonic inflow takes all of `far`.
-[[nodiscard]] NodeState inflow_state(const Gas& gas, const NodeState& s, const NodeState& far, int axis,
-                                     double sign);
+[[nodiscard]] NodeState characteristic_state(const Gas& gas, const NodeState& s,
+                                             const NodeState& far, int axis, double sign);
+/// Velocity and temperature of `far`; the pressure follows the wave that leaves: dp + rho c du_n =
+/// 0 along it. Supersonic inflow takes all of `far`.
+[[nodiscard]] NodeState inflow_state(const Gas& gas, const NodeState& s, const NodeState& far,
+                                     int axis, double sign);
 /// Gas at rest in `total`, brought to the face at constant entropy and total enthalpy along the
 /// normal, with the outgoing invariant of the node; sonic at most. Gas that flows back meets the
 /// reservoir as an outflow.
-[[nodiscard]] NodeState reservoir_state(const Gas& gas, const NodeState& s, const NodeState& total, int axis,
-                                        double sign);
+[[nodiscard]] NodeState reservoir_state(const Gas& gas, const NodeState& s, const NodeState& total,
+                                        int axis, double sign);
 
 }  // namespace ocublast::flow

@@ -9,8 +9,8 @@ namespace ocublast::flow {
 /// Primitive variables in the order of storage: density kg/m^3, velocity m/s, temperature K.
 enum Primitive : int { prim_rho = 0, prim_u = 1, prim_v = 2, prim_w = 3, prim_T = 4 };
 inline constexpr int n_primitive = 5;
-/// Where a view of the primitive variables says so, the field behind them: what the scheme's artificial
-/// bulk viscosity adds to the pressure, Pa.
+/// Where a view of the primitive variables says so, the field behind them: what the scheme's
+/// artificial bulk viscosity adds to the pressure, Pa.
 inline constexpr int artificial_pressure_field = n_primitive;
 
 /// A set of fields on the grid with ghosts, seen through strides (in elements): field f at node
@@ -28,7 +28,9 @@ struct FieldsView {
     return data[f * stride_f + i + j * stride_j + k * stride_k];
   }
   /// A reading view of the same fields.
-  operator FieldsView<const T>() const { return {data, stride_f, stride_j, stride_k, artificial_pressure}; }
+  operator FieldsView<const T>() const {
+    return {data, stride_f, stride_j, stride_k, artificial_pressure};
+  }
 };
 
 }  // namespace ocublast::flow

@@ -16,11 +16,11 @@ inline constexpr int n_ghost = 4;
 struct Axis {
   int n = 1;
   bool present = false;
-  double min = 0.0;                ///< m, first domain face
-  double max = 0.0;                ///< m, last domain face
-  std::vector<double> node;        ///< m
-  std::vector<double> jacobian;    ///< m, dx/dxi at the nodes, from the same face solve as the fluxes
-  std::vector<double> inverse;     ///< 1/m, 1/jacobian
+  double min = 0.0;              ///< m, first domain face
+  double max = 0.0;              ///< m, last domain face
+  std::vector<double> node;      ///< m
+  std::vector<double> jacobian;  ///< m, dx/dxi at the nodes, from the same face solve as the fluxes
+  std::vector<double> inverse;   ///< 1/m, 1/jacobian
   [[nodiscard]] int ghosts() const { return present ? n_ghost : 0; }
   [[nodiscard]] double x(int i) const { return node[static_cast<std::size_t>(i + ghosts())]; }
   [[nodiscard]] double h(int i) const { return jacobian[static_cast<std::size_t>(i + ghosts())]; }
@@ -32,7 +32,8 @@ struct NodeBox {
 };
 
 [[nodiscard]] constexpr bool holds(const NodeBox& box, int i, int j, int k) noexcept {
-  return i >= box.lo[0] && i < box.hi[0] && j >= box.lo[1] && j < box.hi[1] && k >= box.lo[2] && k < box.hi[2];
+  return i >= box.lo[0] && i < box.hi[0] && j >= box.lo[1] && j < box.hi[1] && k >= box.lo[2] &&
+         k < box.hi[2];
 }
 
 /// What x means. Else than Cartesian it is the distance r from a point or an axis, and cells are
@@ -47,7 +48,8 @@ struct Grid {
   [[nodiscard]] int radial_power() const {
     return geometry == Geometry::cartesian ? 0 : (geometry == Geometry::spherical ? 2 : 1);
   }
-  /// What multiplies the product of the jacobians in the volume of cells at index i: 4 pi r^2, 2 pi r, 1.
+  /// What multiplies the product of the jacobians in the volume of cells at index i: 4 pi r^2, 2 pi
+  /// r, 1.
   [[nodiscard]] double radial_weight(int i) const {
     if (geometry == Geometry::cartesian) return 1.0;
     const double r = axis[0].x(i), two_pi = 2.0 * std::numbers::pi;

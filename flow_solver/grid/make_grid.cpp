@@ -1,10 +1,10 @@
 #include "flow_solver/grid/make_grid.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 
@@ -36,7 +36,8 @@ std::vector<double> inner_nodes(const AxisSpec& spec) {
   if (!spec.refined) {
     const int n = std::max(1, static_cast<int>(std::lround(length / spec.spacing)));
     std::vector<double> nodes(static_cast<std::size_t>(n));
-    for (int i = 0; i < n; ++i) nodes[static_cast<std::size_t>(i)] = spec.min + (i + 0.5) * length / n;
+    for (int i = 0; i < n; ++i)
+      nodes[static_cast<std::size_t>(i)] = spec.min + (i + 0.5) * length / n;
     return nodes;
   }
   const auto samples = static_cast<std::size_t>(std::ceil(length / finest)) * samples_per_cell;
@@ -68,12 +69,15 @@ double layer_offset(double h, double ratio, double index) {
 
 void check(const AxisSpec& spec) {
   const auto refuse = [](const std::string& text) { throw CaseError("grid: " + text); };
-  if (!(spec.max > spec.min)) refuse(fmt::format("max {} m is not above min {} m", spec.max, spec.min));
+  if (!(spec.max > spec.min))
+    refuse(fmt::format("max {} m is not above min {} m", spec.max, spec.min));
   if (!(spec.spacing > 0.0)) refuse(fmt::format("spacing is {} m, accepted above 0", spec.spacing));
-  if (spec.refined && !(spec.zone_spacing > 0.0 && spec.zone_max >= spec.zone_min && spec.growth > 1.0)) {
-    refuse(fmt::format("fine zone [{}, {}] m with spacing {} m and growth {}: accepted are a "
-                       "non-negative length, a positive spacing and a growth above 1",
-                       spec.zone_min, spec.zone_max, spec.zone_spacing, spec.growth));
+  if (spec.refined &&
+      !(spec.zone_spacing > 0.0 && spec.zone_max >= spec.zone_min && spec.growth > 1.0)) {
+    refuse(
+        fmt::format("fine zone [{}, {}] m with spacing {} m and growth {}: accepted are a "
+                    "non-negative length, a positive spacing and a growth above 1",
+                    spec.zone_min, spec.zone_max, spec.zone_spacing, spec.growth));
   }
   if (spec.periodic && (spec.low.cells > 0 || spec.high.cells > 0)) {
     refuse("a periodic direction takes no stretched layers");
@@ -114,7 +118,8 @@ std::string fault_of_nodes(double min, double max, std::span<const double> nodes
       return fmt::format("cell centre {} is {} m, accepted ({}, {}) m", i + 1, nodes[i], min, max);
     }
     if (i > 0 && !(nodes[i] > nodes[i - 1])) {
-      return fmt::format("cell centre {} is {} m and follows {} m: they must rise", i + 1, nodes[i], nodes[i - 1]);
+      return fmt::format("cell centre {} is {} m and follows {} m: they must rise", i + 1, nodes[i],
+                         nodes[i - 1]);
     }
   }
   // Distances between centres, twice the distance to an end face.
@@ -122,8 +127,10 @@ std::string fault_of_nodes(double min, double max, std::span<const double> nodes
   for (std::size_t i = 1; i <= n; ++i) {
     const double here = i < n ? nodes[i] - nodes[i - 1] : 2.0 * (max - nodes[n - 1]);
     if (here > most_growth * before || before > most_growth * here) {
-      return fmt::format("the spacing changes from {:.6g} m to {:.6g} m at cell {}, accepted a factor of {} at most",
-                         before, here, i, most_growth);
+      return fmt::format(
+          "the spacing changes from {:.6g} m to {:.6g} m at cell {}, accepted a factor of {} at "
+          "most",
+          before, here, i, most_growth);
     }
     before = here;
   }
@@ -133,9 +140,10 @@ std::string fault_of_nodes(double min, double max, std::span<const double> nodes
 Axis make_axis_from_nodes(double min, double max, std::span<const double> nodes, bool periodic) {
   const int n = static_cast<int>(nodes.size());
   if (n < fewest_nodes) {
-    throw CaseError(fmt::format("grid: {} cells between {} m and {} m, accepted at least {} in a "
-                                "present direction; refine, or leave the direction out",
-                                n, min, max, fewest_nodes));
+    throw CaseError(
+        fmt::format("grid: {} cells between {} m and {} m, accepted at least {} in a "
+                    "present direction; refine, or leave the direction out",
+                    n, min, max, fewest_nodes));
   }
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (!(nodes[i] > min && nodes[i] < max) || (i > 0 && !(nodes[i] > nodes[i - 1]))) {
@@ -184,7 +192,13 @@ Axis make_uniform_axis(double min, double max, int n, bool periodic) {
 }
 
 Axis make_absent_axis() {
-  return {.n = 1, .present = false, .min = 0.0, .max = 1.0, .node = {0.5}, .jacobian = {1.0}, .inverse = {1.0}};
+  return {.n = 1,
+          .present = false,
+          .min = 0.0,
+          .max = 1.0,
+          .node = {0.5},
+          .jacobian = {1.0},
+          .inverse = {1.0}};
 }
 
 Axis make_axis(const AxisSpec& spec) {
@@ -207,7 +221,8 @@ Axis make_axis(const AxisSpec& spec) {
 }
 
 Grid make_grid(const std::array<AxisSpec, 3>& specs, Geometry geometry) {
-  return {.axis = {make_axis(specs[0]), make_axis(specs[1]), make_axis(specs[2])}, .geometry = geometry};
+  return {.axis = {make_axis(specs[0]), make_axis(specs[1]), make_axis(specs[2])},
+          .geometry = geometry};
 }
 
 double cell_volume(const Grid& grid, int i, int j, int k) {

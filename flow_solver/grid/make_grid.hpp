@@ -27,15 +27,16 @@ struct AxisSpec {
   double zone_max = 0.0;    ///< m
   double zone_spacing = 0;  ///< m, spacing inside the zone
   double growth = 1.05;     ///< ratio of neighbouring cells outside the zone, until `spacing`
-  std::vector<double> nodes;  ///< m, cell centres inside [min, max]; given, they replace the spacing
+  std::vector<double>
+      nodes;  ///< m, cell centres inside [min, max]; given, they replace the spacing
   StretchLayer low;
   StretchLayer high;
-  bool periodic = false;    ///< ghost nodes repeat the other end; excludes layers
+  bool periodic = false;  ///< ghost nodes repeat the other end; excludes layers
 };
 
-/// Nodes and jacobians of one direction. The jacobian is the difference of face positions that solve
-/// the same compact system as the fluxes, so that the sum of jacobians is the length and a linear
-/// function is differentiated exactly. Throws CaseError for a spec without a positive cell.
+/// Nodes and jacobians of one direction. The jacobian is the difference of face positions that
+/// solve the same compact system as the fluxes, so that the sum of jacobians is the length and a
+/// linear function is differentiated exactly. Throws CaseError for a spec without a positive cell.
 [[nodiscard]] Axis make_axis(const AxisSpec& spec);
 /// Uniform direction of n cells.
 [[nodiscard]] Axis make_uniform_axis(double min, double max, int n, bool periodic = false);
@@ -48,7 +49,8 @@ struct AxisSpec {
 /// A direction that does not exist: one cell of unit size.
 [[nodiscard]] Axis make_absent_axis();
 
-[[nodiscard]] Grid make_grid(const std::array<AxisSpec, 3>& specs, Geometry geometry = Geometry::cartesian);
+[[nodiscard]] Grid make_grid(const std::array<AxisSpec, 3>& specs,
+                             Geometry geometry = Geometry::cartesian);
 /// Volume (area, length) of cell (i, j, k): product of the jacobians of present directions; of the
 /// whole shell or ring on a radial grid.
 [[nodiscard]] double cell_volume(const Grid& grid, int i, int j, int k);

@@ -29,8 +29,9 @@ class AabbTree {
   [[nodiscard]] const Box& box() const { return nodes_.front().box; }
 
   /// Nearest point to x among the facets for which `accept(facet, point)` holds and whose squared
-  /// distance is below `best2` (m^2, lowered). Returns the facet, -1: none. Of facets equally near the
-  /// first, so that the answer does not depend on the form of the tree, which remembers past places.
+  /// distance is below `best2` (m^2, lowered). Returns the facet, -1: none. Of facets equally near
+  /// the first, so that the answer does not depend on the form of the tree, which remembers past
+  /// places.
   template <class Accept>
   std::int32_t nearest(const Vec3& x, double& best2, TrianglePoint& best,
                        const Accept& accept) const;
@@ -79,7 +80,8 @@ std::int32_t AabbTree::nearest(const Vec3& x, double& best2, TrianglePoint& best
     if (node.right == 0) {
       for (std::int32_t n = node.first; n < node.first + node.count; ++n) {
         const auto& t = corner_[n];
-        // Boxes of oblique facets are thick; the distance from the facet's plane tells most of them off.
+        // Boxes of oblique facets are thick; the distance from the facet's plane tells most of them
+        // off.
         const double off_plane = dot(x - t[0], normal_[n]);
         if (off_plane * off_plane > best2) continue;
         const TrianglePoint candidate = nearest_on_triangle(x, t[0], t[1], t[2]);

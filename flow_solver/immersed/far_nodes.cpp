@@ -54,8 +54,9 @@ NodeBox FarNodes::with_ghosts(const NodeBox& block) const {
 }
 
 int FarNodes::owner(const std::array<std::int32_t, 3>& node) const {
-  const auto at = std::find_if(blocks_.begin(), blocks_.end(),
-                               [&](const NodeBox& b) { return holds(b, node[0], node[1], node[2]); });
+  const auto at = std::find_if(blocks_.begin(), blocks_.end(), [&](const NodeBox& b) {
+    return holds(b, node[0], node[1], node[2]);
+  });
   return static_cast<int>(at - blocks_.begin());
 }
 
@@ -76,14 +77,16 @@ NodeBox FarNodes::wanted(int rank, std::span<const NodeBox> bodies) const {
 }
 
 void FarNodes::plan(std::span<const NodeBox> bodies) {
-  const bool as_before = exchange_ && std::equal(bodies.begin(), bodies.end(), planned_.begin(), planned_.end(), same);
+  const bool as_before =
+      exchange_ && std::equal(bodies.begin(), bodies.end(), planned_.begin(), planned_.end(), same);
   if (as_before) return;
   planned_.assign(bodies.begin(), bodies.end());
   pieces_.clear();
   outgoing_.clear();
   const int own = ranks_->rank();
   const auto make = [&](int to, int from, int peer, std::vector<Piece>& list) {
-    const NodeBox box = both(with_ghosts(blocks_[static_cast<std::size_t>(from)]), wanted(to, bodies));
+    const NodeBox box =
+        both(with_ghosts(blocks_[static_cast<std::size_t>(from)]), wanted(to, bodies));
     if (is_empty(box)) return;
     std::size_t size = n_fields;
     for (int d = 0; d < 3; ++d) size *= static_cast<std::size_t>(box.hi[d] - box.lo[d]);
@@ -106,7 +109,8 @@ void FarNodes::fetch(FieldsView<const Real> W) {
     for (int k = p.box.lo[2]; k < p.box.hi[2]; ++k) {
       for (int j = p.box.lo[1]; j < p.box.hi[1]; ++j) {
         Real* to = p.data.data() + p.offset(p.box.lo[0], j, k);
-        for (int f = 0; f < fields; ++f) std::copy_n(&W(f, p.box.lo[0], j, k), p.row(), to + f * p.row());
+        for (int f = 0; f < fields; ++f)
+          std::copy_n(&W(f, p.box.lo[0], j, k), p.row(), to + f * p.row());
       }
     }
   }

@@ -14,12 +14,12 @@
 
 namespace ocublast::flow::inline OCU_PRECISION {
 
-/// Nodes beyond a rank's block that its walls look at. A ghost reaches four nodes past the end of its
-/// line, its foot and image lie within eight of there.
+/// Nodes beyond a rank's block that its walls look at. A ghost reaches four nodes past the end of
+/// its line, its foot and image lie within eight of there.
 inline constexpr int far_reach = 12;
 
-/// The gas at nodes that other ranks hold, near the bodies. A node beyond the domain's face belongs to
-/// the rank at that face.
+/// The gas at nodes that other ranks hold, near the bodies. A node beyond the domain's face belongs
+/// to the rank at that face.
 class FarNodes {
  public:
   /// `blocks`: the nodes of every rank. The ranks outlive this.
@@ -39,7 +39,8 @@ class FarNodes {
   [[nodiscard]] int owner(const std::array<std::int32_t, 3>& node) const;
 
   /// Sets what is exchanged: nodes within far_reach of a block and of one of the bodies' boxes (in
-  /// nodes, may reach beyond the grid). The same on all ranks; nothing happens where nothing changed.
+  /// nodes, may reach beyond the grid). The same on all ranks; nothing happens where nothing
+  /// changed.
   void plan(std::span<const NodeBox> bodies);
   /// Brings the fields of W [n_primitive, and the artificial pressure where W has it]. Collective.
   void fetch(FieldsView<const Real> W);
@@ -84,7 +85,8 @@ class FarNodes {
 
 /// The primitives at any node: this rank's own, or fetched ones.
 struct GasNodes {
-  GasNodes(FieldsView<const Real> own, const FarNodes* far_nodes = nullptr) : W(own), far(far_nodes) {}
+  GasNodes(FieldsView<const Real> own, const FarNodes* far_nodes = nullptr)
+      : W(own), far(far_nodes) {}
   GasNodes(FieldsView<Real> own, const FarNodes* far_nodes = nullptr) : W(own), far(far_nodes) {}
   FieldsView<const Real> W;
   const FarNodes* far;  ///< null: this rank has the whole grid

@@ -64,7 +64,8 @@ Foot make_foot(const Bodies& bodies, const Vec3& x, std::int32_t b, std::int32_t
   n = n + at.weight[2] * s.geometry.smooth_normal[smooth[2]];
   foot.normal = unit(n);
   // A facet that moved on has the curvature it had until its foot is searched anew.
-  foot.curvature = before != nullptr && before->facet == f ? before->curvature : normal_gradient(s, f);
+  foot.curvature =
+      before != nullptr && before->facet == f ? before->curvature : normal_gradient(s, f);
   return foot;
 }
 
@@ -82,8 +83,8 @@ bool is_covered(const Bodies& bodies, std::int32_t body, std::int32_t facet, con
   return bodies.inside_any(x + lift * geometry.normal[facet], body);
 }
 
-bool is_foot_of(const Bodies& bodies, const Foot& foot, const Vec3& x, const Vec3& crossing, std::int32_t body,
-                std::int32_t facet) {
+bool is_foot_of(const Bodies& bodies, const Foot& foot, const Vec3& x, const Vec3& crossing,
+                std::int32_t body, std::int32_t facet) {
   const Vec3& n = bodies[foot.body].geometry.normal[foot.facet];
   return dot(n, bodies[body].geometry.normal[facet]) > same_side_cosine &&
          norm2(foot.point - x) < norm2(x - crossing);
@@ -105,7 +106,8 @@ Foot find_foot(const Bodies& bodies, const Vec3& x, const Vec3& crossing, std::i
       other_side2 = std::min(other_side2, norm2(point - x));
       return false;
     }
-    return dot(x - point, n_g) <= behind_rounding * norm(x - point) && !is_covered(bodies, b, g, point);
+    return dot(x - point, n_g) <= behind_rounding * norm(x - point) &&
+           !is_covered(bodies, b, g, point);
   };
   if (near != nullptr && near->body >= 0) {
     const TrianglePoint there = on_facet(bodies[near->body], near->facet, x);
@@ -132,7 +134,8 @@ Foot find_foot(const Bodies& bodies, const Vec3& x, const Vec3& crossing, std::i
   }
   if (alone != nullptr) {
     // On an edge two facets are equally near.
-    *alone = best_body >= 0 && other_side2 > best2 && *std::min_element(best.weight.begin(), best.weight.end()) > on_edge;
+    *alone = best_body >= 0 && other_side2 > best2 &&
+             *std::min_element(best.weight.begin(), best.weight.end()) > on_edge;
   }
   if (best_body >= 0) return make_foot(bodies, x, best_body, best_facet, best, &side);
   // Nothing nearer than the crossing itself: the crossed facet's plane.

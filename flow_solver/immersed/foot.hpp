@@ -27,14 +27,15 @@ inline constexpr double same_side_cosine = 0.2;
 /// Nearest foot of x among the exposed facets on the side of the crossed facet that have x behind
 /// them. The crossed facet itself always qualifies: x lies behind it, at most |x - crossing| away.
 /// `near`: a foot that may be close (of the next ghost, of the last topology), null: none; it only
-/// shortens the search. `alone` tells whether no facet of another side is nearer, and no second one equally
-/// near, so that other walls around x find the same (is_foot_of).
-[[nodiscard]] Foot find_foot(const Bodies& bodies, const Vec3& x, const Vec3& crossing, std::int32_t body,
-                             std::int32_t facet, const Foot* near, bool* alone = nullptr);
+/// shortens the search. `alone` tells whether no facet of another side is nearer, and no second one
+/// equally near, so that other walls around x find the same (is_foot_of).
+[[nodiscard]] Foot find_foot(const Bodies& bodies, const Vec3& x, const Vec3& crossing,
+                             std::int32_t body, std::int32_t facet, const Foot* near,
+                             bool* alone = nullptr);
 
 /// Would find_foot from this wall find the foot of x that stands alone for another wall?
-[[nodiscard]] bool is_foot_of(const Bodies& bodies, const Foot& foot, const Vec3& x, const Vec3& crossing,
-                              std::int32_t body, std::int32_t facet);
+[[nodiscard]] bool is_foot_of(const Bodies& bodies, const Foot& foot, const Vec3& x,
+                              const Vec3& crossing, std::int32_t body, std::int32_t facet);
 
 /// The foot of x after its facet moved: on the same facet or, past its edge, on a neighbour.
 /// `side` is the crossed facet's normal.

@@ -1,7 +1,6 @@
 #include "flow_solver/immersed/free_body.hpp"
 
 #include <Eigen/Dense>
-
 #include <algorithm>
 
 #include "coupler/base/errors.hpp"
@@ -22,8 +21,12 @@ Eigen::Matrix3d matrix(const Rotation& r) {
   return Eigen::Quaterniond(r.w, r.v[0], r.v[1], r.v[2]).toRotationMatrix();
 }
 
-Eigen::Vector3d vector(const Vec3& x) { return {x[0], x[1], x[2]}; }
-Vec3 vec3(const Eigen::Vector3d& x) { return {{x[0], x[1], x[2]}}; }
+Eigen::Vector3d vector(const Vec3& x) {
+  return {x[0], x[1], x[2]};
+}
+Vec3 vec3(const Eigen::Vector3d& x) {
+  return {{x[0], x[1], x[2]}};
+}
 
 /// Matrix of x -> a cross x.
 Eigen::Matrix3d cross_matrix(const Vec3& a) {
@@ -73,8 +76,9 @@ Matrix6 about(const std::array<double, 36>& given, const Vec3& center) {
 }  // namespace
 
 MassProperties mass_of_surface(const BodySurface& surface, double density) {
-  // Sums over the tetrahedra between the first vertex and each facet; second moments of a tetrahedron
-  // with one corner at the origin: V/20 (sum x_i x_j + s_i s_j), s the sum of the other corners.
+  // Sums over the tetrahedra between the first vertex and each facet; second moments of a
+  // tetrahedron with one corner at the origin: V/20 (sum x_i x_j + s_i s_j), s the sum of the other
+  // corners.
   const Vec3 origin = row(surface.vertices, surface.triangles.front());
   double volume = 0.0;
   Vec3 first;
@@ -96,8 +100,7 @@ MassProperties mass_of_surface(const BodySurface& surface, double density) {
   }
   const Vec3 arm = (1.0 / volume) * first;
   second -= volume * vector(arm) * vector(arm).transpose();
-  const Eigen::Matrix3d i =
-      density * (second.trace() * Eigen::Matrix3d::Identity() - second);
+  const Eigen::Matrix3d i = density * (second.trace() * Eigen::Matrix3d::Identity() - second);
   return {.mass = density * volume,
           .center = origin + arm,
           .inertia = {i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(1, 2), i(2, 0)}};
@@ -120,11 +123,13 @@ Vec3 FreeBody::turn_inertia(const Vec3& omega) const {
   return vec3(R * tensor(mass_.inertia) * R.transpose() * vector(omega));
 }
 
-Vec3 FreeBody::angular_momentum() const { return turn_inertia(state_.angular_velocity); }
+Vec3 FreeBody::angular_momentum() const {
+  return turn_inertia(state_.angular_velocity);
+}
 
 double FreeBody::kinetic_energy() const {
-  return 0.5 * (mass_.mass * norm2(state_.velocity) +
-                dot(state_.angular_velocity, angular_momentum()));
+  return 0.5 *
+         (mass_.mass * norm2(state_.velocity) + dot(state_.angular_velocity, angular_momentum()));
 }
 
 void FreeBody::keep_load(const BodyLoad& load, const Six& acceleration) {
@@ -194,8 +199,8 @@ void FreeBody::correct(double dt, const BodyLoad& load) {
   const Matrix6 K = Eigen::Map<const Matrix6>(impedance_.data());
   const Matrix6 added = Eigen::Map<const Matrix6>(added_mass_.data());
   Eigen::Map<Vector6> force(force_.data());
-  // (M + added) dV = dt ((1 - w) F before + w (F at the wall - K (V - V wall))), with the turn of the
-  // inertia at constant angular momentum.
+  // (M + added) dV = dt ((1 - w) F before + w (F at the wall - K (V - V wall))), with the turn of
+  // the inertia at constant angular momentum.
   const double w = later_weight(M, K, dt);
   Vector6 right = dt * ((1.0 - w) * before + w * (force - K * (V_before - V_wall)));
   const Vec3 turned = L - turn_inertia(state_.angular_velocity);

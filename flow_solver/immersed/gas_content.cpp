@@ -13,7 +13,8 @@ double face_below(const Axis& axis, int i) {
 
 }  // namespace
 
-WallCells integrate_wall_cells(const Grid& grid, const CutGrid& cut, const GasNodes& W, const Gas& gas) {
+WallCells integrate_wall_cells(const Grid& grid, const CutGrid& cut, const GasNodes& W,
+                               const Gas& gas) {
   WallCells sum;
   int directions = 0;
   for (int a = 0; a < 3; ++a) {
@@ -27,9 +28,11 @@ WallCells integrate_wall_cells(const Grid& grid, const CutGrid& cut, const GasNo
       for (int side = 0; side < 2; ++side) {
         const int number = side == 0 ? s.wall_low : s.wall_high;
         if (number < 0) continue;
-        const double wall = cut.walls[static_cast<std::size_t>(a)][static_cast<std::size_t>(number)].position;
+        const double wall =
+            cut.walls[static_cast<std::size_t>(a)][static_cast<std::size_t>(number)].position;
         const int i = side == 0 ? s.begin : s.end - 1;
-        const double length = side == 0 ? face_below(axis, i) - wall : wall - face_below(axis, i + 1);
+        const double length =
+            side == 0 ? face_below(axis, i) - wall : wall - face_below(axis, i + 1);
         std::array<int, 3> at{};
         at[static_cast<std::size_t>(a)] = i;
         at[static_cast<std::size_t>(b)] = s.b;

@@ -1,4 +1,5 @@
-// Order of the ghosts: which node in a body holds whose value, and the list by place that the stages walk.
+// Order of the ghosts: which node in a body holds whose value, and the list by place that the
+// stages walk.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -26,7 +27,8 @@ void clear_band(const FluidNodes& nodes, Topology& topology) {
 
 /// The band: every body node that is a ghost of some wall end, with the ghost whose foot is
 /// nearest.
-void find_band(const Grid& grid, const FluidNodes& nodes, const FarNodes* far, const Topology& old, Topology& topology) {
+void find_band(const Grid& grid, const FluidNodes& nodes, const FarNodes* far, const Topology& old,
+               Topology& topology) {
   clear_band(nodes, topology);
   for (int axis = 0; axis < 3; ++axis) {
     const auto& walls = topology.cut.walls[axis];
@@ -61,28 +63,30 @@ void find_band(const Grid& grid, const FluidNodes& nodes, const FarNodes* far, c
   }
 }
 
-
 bool same(const Foot& a, const Foot& b) {
   return a.body == b.body && a.facet == b.facet && a.depth == b.depth && a.point.c == b.point.c &&
          a.weight == b.weight && a.normal.c == b.normal.c && a.curvature == b.curvature;
 }
 bool same(const Stencil& a, const Stencil& b) {
-  return a.base == b.base && a.own_state == b.own_state && a.weight == b.weight && a.place.c == b.place.c &&
-         a.distance == b.distance && a.built_depth == b.built_depth;
+  return a.base == b.base && a.own_state == b.own_state && a.weight == b.weight &&
+         a.place.c == b.place.c && a.distance == b.distance && a.built_depth == b.built_depth;
 }
 
-/// Would the two walls of one ghost follow a moving body alike? Facets they may go on to must lie on the
-/// side of both.
+/// Would the two walls of one ghost follow a moving body alike? Facets they may go on to must lie
+/// on the side of both.
 bool same_side(const Bodies& bodies, const WallEnd& a, const WallEnd& b) {
   if (a.facet < 0 || b.facet < 0) return a.facet == b.facet;
-  constexpr double alike = 0.7;  // between 45 degrees and the 78 of another side lies what a foot can turn
-  return dot(bodies[a.body].geometry.normal[a.facet], bodies[b.body].geometry.normal[b.facet]) > alike;
+  constexpr double alike =
+      0.7;  // between 45 degrees and the 78 of another side lies what a foot can turn
+  return dot(bodies[a.body].geometry.normal[a.facet], bodies[b.body].geometry.normal[b.facet]) >
+         alike;
 }
 
 /// Numbers of rows of nodes with four ghost rows on either side, and of nodes on them.
 struct GhostRows {
   std::ptrdiff_t n_j, n_k;
-  explicit GhostRows(const Grid& grid) : n_j(grid.axis[1].n + 2 * n_ghost), n_k(grid.axis[2].n + 2 * n_ghost) {}
+  explicit GhostRows(const Grid& grid)
+      : n_j(grid.axis[1].n + 2 * n_ghost), n_k(grid.axis[2].n + 2 * n_ghost) {}
   [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(n_j * n_k); }
   [[nodiscard]] std::size_t of(const NodeIndex& node) const {
     return static_cast<std::size_t>((node[2] + n_ghost) * n_j + node[1] + n_ghost);
@@ -95,8 +99,8 @@ struct PlacedUse {
 };
 
 /// This rank's ghosts by place.
-void sort_uses(const Grid& grid, const FarNodes* far, const Topology& topology, std::vector<std::uint32_t>& first,
-               std::vector<PlacedUse>& placed) {
+void sort_uses(const Grid& grid, const FarNodes* far, const Topology& topology,
+               std::vector<std::uint32_t>& first, std::vector<PlacedUse>& placed) {
   const GhostRows rows(grid);
   first.assign(rows.size() + 1, 0);
   const auto for_ghosts = [&](const auto& call) {
@@ -115,17 +119,21 @@ void sort_uses(const Grid& grid, const FarNodes* far, const Topology& topology, 
   for_ghosts([&](const NodeIndex& node, const GhostUse&) { ++first[rows.of(node) + 1]; });
   std::partial_sum(first.begin(), first.end(), first.begin());
   placed.resize(first.back());
-  for_ghosts([&](const NodeIndex& node, const GhostUse& use) { placed[first[rows.of(node)]++] = {node[0], use}; });
+  for_ghosts([&](const NodeIndex& node, const GhostUse& use) {
+    placed[first[rows.of(node)]++] = {node[0], use};
+  });
   // `first` has become the end of each row.
   std::size_t begin = 0;
   for (const std::uint32_t end : first) {
     const auto from = placed.begin() + static_cast<std::ptrdiff_t>(begin);
-    std::stable_sort(from, placed.begin() + end, [](const PlacedUse& a, const PlacedUse& b) { return a.i < b.i; });
+    std::stable_sort(from, placed.begin() + end,
+                     [](const PlacedUse& a, const PlacedUse& b) { return a.i < b.i; });
     begin = std::max<std::size_t>(begin, end);
   }
 }
 
-void list_ghosts(const Grid& grid, const Bodies& bodies, const FarNodes* far, const Topology& old, Topology& topology) {
+void list_ghosts(const Grid& grid, const Bodies& bodies, const FarNodes* far, const Topology& old,
+                 Topology& topology) {
   GhostList& list = topology.ghosts;
   std::vector<std::uint32_t> row_end;
   std::vector<PlacedUse> placed;
@@ -136,8 +144,12 @@ void list_ghosts(const Grid& grid, const Bodies& bodies, const FarNodes* far, co
   list.use.clear();
   for (std::size_t a = 0; a < 3; ++a) list.of[a].assign(topology.searched[a].size(), -1);
   const auto kept = [&](const GhostUse& u) { return topology.kept[u.axis][u.ghost]; };
-  const auto wall = [&](const GhostUse& u) -> const WallEnd& { return topology.cut.walls[u.axis][u.ghost / n_ghost]; };
-  const auto node_of = [&](const GhostUse& u) { return ghost_node(grid, u.axis, wall(u), u.ghost % n_ghost); };
+  const auto wall = [&](const GhostUse& u) -> const WallEnd& {
+    return topology.cut.walls[u.axis][u.ghost / n_ghost];
+  };
+  const auto node_of = [&](const GhostUse& u) {
+    return ghost_node(grid, u.axis, wall(u), u.ghost % n_ghost);
+  };
   std::size_t begin = 0;
   for (const std::uint32_t end : row_end) {
     while (begin < end) {
@@ -155,10 +167,13 @@ void list_ghosts(const Grid& grid, const Bodies& bodies, const FarNodes* far, co
           const GhostUse& other = placed[o].use;
           std::int32_t& of = list.of[other.axis][other.ghost];
           if (of >= 0) continue;
-          if (o != u) {  // by what they are, not by what they were, so that a resumed run shares the same
+          if (o != u) {  // by what they are, not by what they were, so that a resumed run shares
+                         // the same
             const bool same_point = kept(other) >= 0 && kept(other) == kept(first);
             const GhostPoint& there = found(old, topology, other);
-            if (!same_point && !(same(point.foot, there.foot) && same(point.stencil, there.stencil))) continue;
+            if (!same_point &&
+                !(same(point.foot, there.foot) && same(point.stencil, there.stencil)))
+              continue;
             if (!same_side(bodies, wall(first), wall(other))) continue;
           }
           of = number;
@@ -178,8 +193,8 @@ void list_ghosts(const Grid& grid, const Bodies& bodies, const FarNodes* far, co
 
 }  // namespace
 
-void arrange_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, const FarNodes* far,
-                    const Topology& old, Topology& topology) {
+void arrange_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes,
+                    const FarNodes* far, const Topology& old, Topology& topology) {
   find_band(grid, nodes, far, old, topology);
   list_ghosts(grid, bodies, far, old, topology);
 }

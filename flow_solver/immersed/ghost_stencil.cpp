@@ -197,16 +197,20 @@ double FluidNodes::weigh(const Vec3& x, const Vec3& point, const Vec3& normal,
   return share;
 }
 
-bool FluidNodes::sees_alike(const Stencil& stencil, const NodeIndex& from, const NodeIndex& other) const {
+bool FluidNodes::sees_alike(const Stencil& stencil, const NodeIndex& from,
+                            const NodeIndex& other) const {
   if (!stencil.all_seen) return false;
   // The spacing at the end node, at least its smallest along an axis, bounds deep images only.
   for (std::size_t a = 0; a < 3; ++a) {
     const Axis& axis = grid_.axis[a];
-    if (axis.present && stencil.built_depth >= deepest_image * std::min(axis.h(from[a]), axis.h(other[a]))) return false;
+    if (axis.present &&
+        stencil.built_depth >= deepest_image * std::min(axis.h(from[a]), axis.h(other[a])))
+      return false;
   }
   for (unsigned corner = 0; corner < 8; ++corner) {
     if (stencil.weight[corner] == 0.0) continue;
-    NodeIndex node = {stencil.base[0] + static_cast<int>(corner & 1U), stencil.base[1] + static_cast<int>(corner >> 1 & 1U),
+    NodeIndex node = {stencil.base[0] + static_cast<int>(corner & 1U),
+                      stencil.base[1] + static_cast<int>(corner >> 1 & 1U),
                       stencil.base[2] + static_cast<int>(corner >> 2)};
     if (!mirrored(node) || !visible(other, node)) return false;
   }

@@ -21,7 +21,7 @@ struct Stencil {
   double distance = 0.0;           ///< m, of `place` from the foot's plane
   double built_depth = 0.0;        ///< m, depth of the ghost the stencil was made for
   bool own_state = false;          ///< nothing usable near: the end node alone
-  bool all_seen = false;           ///< as made: the first choice, no corner left out as out of sight
+  bool all_seen = false;  ///< as made: the first choice, no corner left out as out of sight
 };
 
 /// State interpolated by a stencil.
@@ -49,13 +49,14 @@ class FluidNodes {
   /// Stencil for the image of a ghost: at min(depth, 3.45 spacings) in front of the foot; where no
   /// fluid node is in reach farther out, then closer, at last the end node itself.
   [[nodiscard]] Stencil image(const Foot& foot, const NodeIndex& end_node) const;
-  /// May a wall at (point, normal) look at a node: is it fluid, in front of the plane (its mirror image in
-  /// a face of the domain too), and reached from node `from` (null: not asked)?
+  /// May a wall at (point, normal) look at a node: is it fluid, in front of the plane (its mirror
+  /// image in a face of the domain too), and reached from node `from` (null: not asked)?
   [[nodiscard]] bool usable(const NodeIndex& node, const Vec3& point, const Vec3& normal,
                             const NodeIndex* from) const;
 
   /// Would `image` make the same stencil, as it was made for end node `from`, for another end node?
-  [[nodiscard]] bool sees_alike(const Stencil& stencil, const NodeIndex& from, const NodeIndex& other) const;
+  [[nodiscard]] bool sees_alike(const Stencil& stencil, const NodeIndex& from,
+                                const NodeIndex& other) const;
 
   /// Are all nodes of a stencil still fluid? (One that looks at its own end node alone: no.)
   [[nodiscard]] bool holds(const Stencil& stencil) const;
@@ -99,13 +100,14 @@ class FluidNodes {
 /// Interpolated state of W; pressure and temperature are interpolated, density follows.
 [[nodiscard]] Sample sample(const Stencil& stencil, const GasNodes& W, const Gas& gas) noexcept;
 
-/// Momentum [Pa] that goes along `normal` through the place of a stencil beside the pressure, seen from
-/// a wall moving with `velocity`: rho u_n^2 and the scheme's artificial pressure where W carries it.
-/// Falls with the square of the distance from the wall in smooth flow. While a shock is reflected it
-/// holds what the gas between the nodes and the wall takes up and gives back: without it the wall
-/// misses the pressure of the time that the shock needs from the wall to the nodes and back, an error
-/// of first order in the impulse. At most what makes the pressure that of gas stopped by a shock, so
-/// that no reading exceeds a reflection's; none where the gas leaves the wall.
+/// Momentum [Pa] that goes along `normal` through the place of a stencil beside the pressure, seen
+/// from a wall moving with `velocity`: rho u_n^2 and the scheme's artificial pressure where W
+/// carries it. Falls with the square of the distance from the wall in smooth flow. While a shock is
+/// reflected it holds what the gas between the nodes and the wall takes up and gives back: without
+/// it the wall misses the pressure of the time that the shock needs from the wall to the nodes and
+/// back, an error of first order in the impulse. At most what makes the pressure that of gas
+/// stopped by a shock, so that no reading exceeds a reflection's; none where the gas leaves the
+/// wall.
 [[nodiscard]] double momentum_transport(const Stencil& stencil, const GasNodes& W,
                                         const Vec3& velocity, const Vec3& normal,
                                         const Gas& gas) noexcept;

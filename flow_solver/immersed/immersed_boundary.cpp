@@ -21,12 +21,13 @@ constexpr double stale_share = 0.2;
 /// Largest wall displacement in a step, in cells: a fresh node's held value is then at most a third
 /// of a cell away from the wall it was made for.
 constexpr double largest_step_share = 0.3;
-/// Where a shallow ghost's image lacks the nodes behind the wall, what is read lies farther out than the ghost lies
-/// deep, by more than this (spacings): the pressure's curvature on that difference of ways is added, from a
-/// second place this much farther.
+/// Where a shallow ghost's image lacks the nodes behind the wall, what is read lies farther out
+/// than the ghost lies deep, by more than this (spacings): the pressure's curvature on that
+/// difference of ways is added, from a second place this much farther.
 constexpr double least_offset = 0.1;
 constexpr double second_place = 0.7;
-/// Share of the pressure at which half of that is left: smooth gas stays below a third of it, a shock far above.
+/// Share of the pressure at which half of that is left: smooth gas stays below a third of it, a
+/// shock far above.
 constexpr double largest_curving = 0.02;
 /// A fresh node whose nearest wall now faces another way than the one its value came from.
 constexpr double changed_side_cosine = 0.2;
@@ -67,7 +68,7 @@ struct ImmersedBoundary::State {
   double h_min;
   Bodies bodies;
   Topology topology;
-  Topology last;  ///< of the step before; its memory serves the next one
+  Topology last;                  ///< of the step before; its memory serves the next one
   std::unique_ptr<FarNodes> far;  ///< null: no other ranks
   TopologyReport report;
   std::vector<WallThickness> thickness;  ///< per body
@@ -91,13 +92,17 @@ struct ImmersedBoundary::State {
   }
   [[nodiscard]] ReadOut read_out(FieldsView<const Real> W) const {
     if (far) far->fetch(W);
-    return {.nodes = nodes(), .bodies = bodies, .W = {W, far.get()}, .gas = gas, .transport = options.transport};
+    return {.nodes = nodes(),
+            .bodies = bodies,
+            .W = {W, far.get()},
+            .gas = gas,
+            .transport = options.transport};
   }
   void plan_exchange();
   [[nodiscard]] WallState wall_state(const Foot& foot) const;
   void fill_ghosts(FieldsView<Real> W);
-  void curve_pressure(const FluidNodes& view, const GasNodes& W, const GhostPoint& ghost, const NodeIndex& end,
-                      const WallState& wall, Sample& image) const;
+  void curve_pressure(const FluidNodes& view, const GasNodes& W, const GhostPoint& ghost,
+                      const NodeIndex& end, const WallState& wall, Sample& image) const;
   void fill_fresh_nodes(FieldsView<Real> W, const Topology& old);
   [[nodiscard]] bool rebuild(const NodeIndex& node, const Foot& foot, FieldsView<Real> W) const;
 };
@@ -114,10 +119,12 @@ WallState ImmersedBoundary::State::wall_state(const Foot& foot) const {
   return wall;
 }
 
-/// Less the wall's slope the pressure is even about the wall, q(d) = q(0) + b d^2: adds b (d^2 - D^2) to an image
-/// read at distance D for a ghost at depth d < D. Temperature follows along an isentrope.
-void ImmersedBoundary::State::curve_pressure(const FluidNodes& view, const GasNodes& W, const GhostPoint& ghost,
-                                             const NodeIndex& end, const WallState& wall, Sample& image) const {
+/// Less the wall's slope the pressure is even about the wall, q(d) = q(0) + b d^2: adds b (d^2 -
+/// D^2) to an image read at distance D for a ghost at depth d < D. Temperature follows along an
+/// isentrope.
+void ImmersedBoundary::State::curve_pressure(const FluidNodes& view, const GasNodes& W,
+                                             const GhostPoint& ghost, const NodeIndex& end,
+                                             const WallState& wall, Sample& image) const {
   const Foot& foot = ghost.foot;
   const double distance = ghost.stencil.distance, depth = std::max(0.0, foot.depth);
   const double h = view.spacing(foot.normal, end);
@@ -138,8 +145,8 @@ void ImmersedBoundary::State::curve_pressure(const FluidNodes& view, const GasNo
   image.p = p;
 }
 
-/// Values of all ghosts into the tables of the lines and, in the band, into their nodes: stencils read
-/// fluid nodes and the domain's ghosts only.
+/// Values of all ghosts into the tables of the lines and, in the band, into their nodes: stencils
+/// read fluid nodes and the domain's ghosts only.
 void ImmersedBoundary::State::fill_ghosts(FieldsView<Real> W) {
   GhostList& list = topology.ghosts;
   auto& lines = topology.cut.lines;
@@ -150,7 +157,8 @@ void ImmersedBoundary::State::fill_ghosts(FieldsView<Real> W) {
 #pragma omp parallel for schedule(static) reduction(+ : fallbacks) if (n > 500)
   for (std::ptrdiff_t p = 0; p < n; ++p) {
     GhostPoint& ghost = list.point[p];
-    const std::span<const GhostUse> uses(list.use.data() + list.first[p], list.use.data() + list.first[p + 1]);
+    const std::span<const GhostUse> uses(list.use.data() + list.first[p],
+                                         list.use.data() + list.first[p + 1]);
     const auto wall_of = [&](const GhostUse& u) -> const WallEnd& {
       return topology.cut.walls[u.axis][u.ghost / n_ghost];
     };
@@ -160,11 +168,13 @@ void ImmersedBoundary::State::fill_ghosts(FieldsView<Real> W) {
     }
     Sample image = sample(ghost.stencil, everywhere, gas);
     const WallState wall = wall_state(ghost.foot);
-    curve_pressure(view, everywhere, ghost, end_node(grid, uses.front().axis, wall_of(uses.front())), wall, image);
+    curve_pressure(view, everywhere, ghost,
+                   end_node(grid, uses.front().axis, wall_of(uses.front())), wall, image);
     const auto state = ghost_state(ghost.foot, ghost.stencil, image, wall, gas);
     for (const GhostUse& u : uses) {
       CutLines& to = lines[u.axis];
-      std::copy(state.begin(), state.end(), to.ghost.begin() + static_cast<std::ptrdiff_t>(u.ghost) * n_primitive);
+      std::copy(state.begin(), state.end(),
+                to.ghost.begin() + static_cast<std::ptrdiff_t>(u.ghost) * n_primitive);
       if (u.ghost % n_ghost == 0) {
         double* at = &to.wall_motion[static_cast<std::size_t>(u.ghost / n_ghost) * 6];
         for (int a = 0; a < 3; ++a) {
@@ -172,7 +182,8 @@ void ImmersedBoundary::State::fill_ghosts(FieldsView<Real> W) {
           at[3 + a] = wall.velocity[a];
         }
       }
-      if (ghost.stencil.own_state && (!far || far->near_own(end_node(grid, u.axis, wall_of(u)), 0))) ++fallbacks;
+      if (ghost.stencil.own_state && (!far || far->near_own(end_node(grid, u.axis, wall_of(u)), 0)))
+        ++fallbacks;
     }
     if (list.in_band[p] == 0) continue;
     const NodeIndex& node = list.node[p];
@@ -318,7 +329,8 @@ TopologyReport ImmersedBoundary::update_topology(FieldsView<Real> W) {
     if (s.far) s.far->fetch(W);
     s.fill_fresh_nodes(W, s.last);
     if (s.far) {
-      double counts[2] = {static_cast<double>(s.report.fresh_nodes), static_cast<double>(s.report.rebuilt_nodes)};
+      double counts[2] = {static_cast<double>(s.report.fresh_nodes),
+                          static_cast<double>(s.report.rebuilt_nodes)};
       s.far->ranks().sum_of_all(counts);
       s.report.fresh_nodes = static_cast<std::size_t>(counts[0]);
       s.report.rebuilt_nodes = static_cast<std::size_t>(counts[1]);
@@ -347,7 +359,8 @@ std::span<const std::uint8_t> ImmersedBoundary::tags() const {
 std::uint64_t ImmersedBoundary::n_fallbacks() const {
   const FarNodes* far = state_->far.get();
   const auto mine = static_cast<double>(state_->n_fallbacks);
-  return far != nullptr ? static_cast<std::uint64_t>(far->ranks().sum_of_all(mine)) : state_->n_fallbacks;
+  return far != nullptr ? static_cast<std::uint64_t>(far->ranks().sum_of_all(mine))
+                        : state_->n_fallbacks;
 }
 
 double ImmersedBoundary::wall_step_limit() const {
@@ -369,19 +382,24 @@ double ImmersedBoundary::wall_step_limit() const {
   return limit;
 }
 
-WallReading ImmersedBoundary::read_wall(FieldsView<const Real> W, std::size_t b, double ambient_pressure) const {
-  return std::make_shared<const std::vector<FacetReading>>(read_facets(state_->read_out(W), b, ambient_pressure));
+WallReading ImmersedBoundary::read_wall(FieldsView<const Real> W, std::size_t b,
+                                        double ambient_pressure) const {
+  return std::make_shared<const std::vector<FacetReading>>(
+      read_facets(state_->read_out(W), b, ambient_pressure));
 }
 
-void ImmersedBoundary::overpressure(std::size_t b, const WallReading& reading, std::span<double> at_vertices) const {
+void ImmersedBoundary::overpressure(std::size_t b, const WallReading& reading,
+                                    std::span<double> at_vertices) const {
   spread_to_vertices(state_->grid, state_->bodies[b], *reading, at_vertices);
 }
-void ImmersedBoundary::read_overpressure(FieldsView<const Real> W, std::size_t b, double ambient_pressure,
+void ImmersedBoundary::read_overpressure(FieldsView<const Real> W, std::size_t b,
+                                         double ambient_pressure,
                                          std::span<double> at_vertices) const {
   overpressure(b, read_wall(W, b, ambient_pressure), at_vertices);
 }
 
-void ImmersedBoundary::force(std::size_t b, const WallReading& reading, std::span<double> at_vertices) const {
+void ImmersedBoundary::force(std::size_t b, const WallReading& reading,
+                             std::span<double> at_vertices) const {
   spread_forces(state_->bodies[b], *reading, at_vertices);
 }
 void ImmersedBoundary::read_force(FieldsView<const Real> W, std::size_t b, double ambient_pressure,
@@ -399,7 +417,8 @@ WallCells ImmersedBoundary::wall_cells(FieldsView<const Real> W) const {
   const FarNodes* far = state_->far.get();
   WallCells cells = integrate_wall_cells(state_->grid, state_->topology.cut, {W, far}, state_->gas);
   if (far != nullptr) {
-    double sums[6] = {cells.volume, cells.mass, cells.momentum[0], cells.momentum[1], cells.momentum[2], cells.energy};
+    double sums[6] = {cells.volume,      cells.mass,        cells.momentum[0],
+                      cells.momentum[1], cells.momentum[2], cells.energy};
     far->ranks().sum_of_all(sums);
     cells = {sums[0], sums[1], {sums[2], sums[3], sums[4]}, sums[5]};
   }
@@ -409,7 +428,8 @@ WallCells ImmersedBoundary::wall_cells(FieldsView<const Real> W) const {
 BodyLoad ImmersedBoundary::load(std::size_t b, const WallReading& reading) const {
   return integrate_load(state_->bodies[b], *reading);
 }
-BodyLoad ImmersedBoundary::load(FieldsView<const Real> W, std::size_t b, double ambient_pressure) const {
+BodyLoad ImmersedBoundary::load(FieldsView<const Real> W, std::size_t b,
+                                double ambient_pressure) const {
   return load(b, read_wall(W, b, ambient_pressure));
 }
 
@@ -419,7 +439,8 @@ std::vector<std::uint8_t> ImmersedBoundary::history() const {
   for (const auto& of : s.topology.ghosts.of) {
     std::vector<GhostPoint> ghosts;
     for (const std::int32_t point : of) {
-      ghosts.push_back(point >= 0 ? s.topology.ghosts.point[static_cast<std::size_t>(point)] : GhostPoint{});
+      ghosts.push_back(point >= 0 ? s.topology.ghosts.point[static_cast<std::size_t>(point)]
+                                  : GhostPoint{});
     }
     append_bytes(bytes, std::span<const GhostPoint>(ghosts));
   }
@@ -438,7 +459,8 @@ std::vector<std::uint8_t> ImmersedBoundary::whole_history() const {
     std::vector<GhostPoint> mine;
     for (std::size_t w = 0; w < walls.size(); ++w) {
       if (!s.far->near_own(end_node(s.grid, axis, walls[w]), 0)) continue;
-      for (std::size_t g = w * n_ghost; g < (w + 1) * n_ghost; ++g) mine.push_back(s.topology.ghost(axis, g));
+      for (std::size_t g = w * n_ghost; g < (w + 1) * n_ghost; ++g)
+        mine.push_back(s.topology.ghost(axis, g));
     }
     const auto parts = ranks.gather(std::span<const GhostPoint>(mine));
     if (!ranks.root()) continue;

@@ -19,8 +19,8 @@ namespace ocublast::flow {
 struct BodySurface {
   std::vector<double> vertices;         ///< [n_vertices, 3], m
   std::vector<std::int32_t> triangles;  ///< [n_triangles, 3]
-  /// The first 2 n_quads triangles are the halves (a, b, c), (a, c, d) of quads (a, b, c, d), over which
-  /// loads are shared out bilinearly.
+  /// The first 2 n_quads triangles are the halves (a, b, c), (a, c, d) of quads (a, b, c, d), over
+  /// which loads are shared out bilinearly.
   std::size_t n_quads = 0;
 };
 
@@ -37,14 +37,14 @@ struct Body {
 /// Force of the gas on a body relative to ambient pressure, over its exposed surface: pressure, and
 /// shear at walls without slip.
 struct BodyLoad {
-  std::array<double, 3> force{};   ///< N
+  std::array<double, 3> force{};        ///< N
   std::array<double, 3> shear_force{};  ///< N, the part of shear in `force`
-  std::array<double, 3> moment{};  ///< N m about the origin
-  double power = 0.0;              ///< W, force density times wall velocity
-  double heat = 0.0;               ///< W into the body, at walls of given temperature
-  double volume_rate = 0.0;        ///< m^3/s, volume that the exposed wall takes from the gas
-  /// Sum of rho c n n^T over the area, for velocity and angular velocity about the origin, row by row
-  /// [6, 6]: how much smaller force and moment would be if the wall moved faster away.
+  std::array<double, 3> moment{};       ///< N m about the origin
+  double power = 0.0;                   ///< W, force density times wall velocity
+  double heat = 0.0;                    ///< W into the body, at walls of given temperature
+  double volume_rate = 0.0;             ///< m^3/s, volume that the exposed wall takes from the gas
+  /// Sum of rho c n n^T over the area, for velocity and angular velocity about the origin, row by
+  /// row [6, 6]: how much smaller force and moment would be if the wall moved faster away.
   std::array<double, 36> impedance{};
   /// The same sum of the gas's mass per area between the wall and the read nodes, whose inertia the
   /// pressure slope of an accelerated wall adds to the load.
@@ -53,9 +53,9 @@ struct BodyLoad {
   double largest_impedance = 0.0;  ///< kg/(m^2 s), rho c of the gas at the wall
 };
 
-/// Gas between the outermost fluid cells' faces and the walls: what sums over whole fluid cells leave
-/// out (or count too much, then negative). Added to them it makes the gas's mass change smoothly when
-/// a wall crosses nodes.
+/// Gas between the outermost fluid cells' faces and the walls: what sums over whole fluid cells
+/// leave out (or count too much, then negative). Added to them it makes the gas's mass change
+/// smoothly when a wall crosses nodes.
 struct WallCells {
   double volume = 0.0;               ///< m^3 (m^2, m in 2-D, 1-D)
   double mass = 0.0;                 ///< kg
@@ -94,7 +94,8 @@ struct ImmersedOptions {
 inline namespace OCU_PRECISION {
 
 struct FacetReading;
-/// What the gas does to the facets of a body at one time: read once, it serves all that follows from it.
+/// What the gas does to the facets of a body at one time: read once, it serves all that follows
+/// from it.
 using WallReading = std::shared_ptr<const std::vector<FacetReading>>;
 
 /// Bodies immersed in a Cartesian grid: tags, cut lines, ghost states, surface pressure. Works with
@@ -110,9 +111,9 @@ class ImmersedBoundary {
   ImmersedBoundary(ImmersedBoundary&&) noexcept;
   ImmersedBoundary& operator=(ImmersedBoundary&&) noexcept;
 
-  /// Makes this one of several ranks, each of which holds a block of the nodes (`blocks`, by rank) and
-  /// all bodies, which it moves as the others do. Before the first topology. Everything that takes W is
-  /// collective then and gives every rank the same. The ranks outlive this.
+  /// Makes this one of several ranks, each of which holds a block of the nodes (`blocks`, by rank)
+  /// and all bodies, which it moves as the others do. Before the first topology. Everything that
+  /// takes W is collective then and gives every rank the same. The ranks outlive this.
   void share(const Ranks& ranks, std::span<const NodeBox> blocks);
 
   [[nodiscard]] std::size_t n_bodies() const;
@@ -146,9 +147,10 @@ class ImmersedBoundary {
   /// Largest time step [s] for which no wall moves more than half its local thickness or 0.3 cells.
   [[nodiscard]] double wall_step_limit() const;
 
-  /// Pressure, modified by rho a_n s, and shear at the facets of body b; it must not move until the reading
-  /// has been used.
-  [[nodiscard]] WallReading read_wall(FieldsView<const Real> W, std::size_t b, double ambient_pressure) const;
+  /// Pressure, modified by rho a_n s, and shear at the facets of body b; it must not move until the
+  /// reading has been used.
+  [[nodiscard]] WallReading read_wall(FieldsView<const Real> W, std::size_t b,
+                                      double ambient_pressure) const;
   /// Overpressure [Pa] (p - ambient) at the vertices of body b; 0 where buried.
   void overpressure(std::size_t b, const WallReading& reading, std::span<double> at_vertices) const;
   void read_overpressure(FieldsView<const Real> W, std::size_t b, double ambient_pressure,

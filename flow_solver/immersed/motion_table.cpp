@@ -15,8 +15,8 @@ namespace {
 
 constexpr const char* header = "time_s,x_m,y_m,z_m,angle_rad";
 
-/// Second derivatives of the natural spline through (time, value), one column: tridiagonal system of
-/// continuous first derivatives (de Boor 1978, chapter IV).
+/// Second derivatives of the natural spline through (time, value), one column: tridiagonal system
+/// of continuous first derivatives (de Boor 1978, chapter IV).
 void solve_spline(const std::vector<double>& time, const std::vector<MotionTable::Row>& value,
                   std::size_t column, std::vector<MotionTable::Row>& second) {
   const std::size_t n = time.size();
@@ -40,7 +40,8 @@ void solve_spline(const std::vector<double>& time, const std::vector<MotionTable
 MotionTable::MotionTable(std::vector<double> time, std::vector<Row> rows)
     : time_(std::move(time)), value_(std::move(rows)), second_(time_.size(), Row{}) {
   if (time_.size() < 2 || value_.size() != time_.size()) {
-    throw CaseError(fmt::format("motion table: holds {} times; at least 2 are needed", time_.size()));
+    throw CaseError(
+        fmt::format("motion table: holds {} times; at least 2 are needed", time_.size()));
   }
   for (std::size_t i = 1; i < time_.size(); ++i) {
     if (!(time_[i] > time_[i - 1])) {
@@ -62,8 +63,7 @@ MotionTable::Point MotionTable::at(double t) const {
   for (std::size_t c = 0; c < n_columns; ++c) {
     const double y0 = value_[i - 1][c], y1 = value_[i][c];
     const double m0 = second_[i - 1][c], m1 = second_[i][c];
-    point.rate[c] =
-        (y1 - y0) / h + h / 6.0 * ((3.0 * b * b - 1.0) * m1 - (3.0 * a * a - 1.0) * m0);
+    point.rate[c] = (y1 - y0) / h + h / 6.0 * ((3.0 * b * b - 1.0) * m1 - (3.0 * a * a - 1.0) * m0);
     point.value[c] = a * y0 + b * y1 + h * h / 6.0 * ((a * a * a - a) * m0 + (b * b * b - b) * m1) +
                      (t - inside) * point.rate[c];
   }

@@ -5,7 +5,8 @@
 namespace ocublast::flow {
 
 Rotation Rotation::after(const Rotation& other) const noexcept {
-  Rotation r{.w = w * other.w - dot(v, other.v), .v = w * other.v + other.w * v + cross(v, other.v)};
+  Rotation r{.w = w * other.w - dot(v, other.v),
+             .v = w * other.v + other.w * v + cross(v, other.v)};
   const double scale = 1.0 / std::sqrt(r.w * r.w + norm2(r.v));
   r.w *= scale;
   r.v = scale * r.v;
@@ -43,14 +44,14 @@ RigidState RigidPath::at(double t) const {
   const MotionTable::Point given = table.empty() ? MotionTable::Point{} : table.at(t);
   RigidState state;
   for (std::size_t a = 0; a < 3; ++a) {
-    state.center.c[a] = rotation_center[a] + velocity[a] * t + amplitude[a] * swing + given.value[a];
+    state.center.c[a] =
+        rotation_center[a] + velocity[a] * t + amplitude[a] * swing + given.value[a];
     state.velocity.c[a] = velocity[a] + amplitude[a] * swing_rate + given.rate[a];
   }
   const Vec3 axis = unit(Vec3{rotation_axis});
   state.rotation =
       Rotation::by((angular_velocity * t + angle_amplitude * swing + given.value[3]) * axis);
-  state.angular_velocity =
-      (angular_velocity + angle_amplitude * swing_rate + given.rate[3]) * axis;
+  state.angular_velocity = (angular_velocity + angle_amplitude * swing_rate + given.rate[3]) * axis;
   return state;
 }
 

@@ -41,14 +41,14 @@ void place_vertices(std::span<const double> reference, const Vec3& reference_cen
 /// table's shift; it turns about a fixed direction by angular_velocity t + angle_amplitude
 /// (1 - cos(w t)) and the table's angle.
 struct RigidPath {
-  std::array<double, 3> velocity{};          ///< m/s
-  std::array<double, 3> amplitude{};         ///< m
-  double angular_frequency = 0.0;            ///< 1/s, w
-  std::array<double, 3> rotation_axis{};     ///< direction; zero: no rotation
-  std::array<double, 3> rotation_center{};   ///< m, on the reference shape
-  double angular_velocity = 0.0;             ///< rad/s
-  double angle_amplitude = 0.0;              ///< rad
-  MotionTable table;                         ///< may be empty
+  std::array<double, 3> velocity{};         ///< m/s
+  std::array<double, 3> amplitude{};        ///< m
+  double angular_frequency = 0.0;           ///< 1/s, w
+  std::array<double, 3> rotation_axis{};    ///< direction; zero: no rotation
+  std::array<double, 3> rotation_center{};  ///< m, on the reference shape
+  double angular_velocity = 0.0;            ///< rad/s
+  double angle_amplitude = 0.0;             ///< rad
+  MotionTable table;                        ///< may be empty
   [[nodiscard]] RigidState at(double t) const;
 };
 

@@ -18,8 +18,8 @@ void add(Sample& s, double weight, const GasNodes::Place& node, const Gas& gas) 
   for (int a = 0; a < 3; ++a) s.u[a] += weight * at[(prim_u + a) * stride];
 }
 
-double transport_at(const GasNodes::Place& node, bool artificial, const Vec3& velocity, const Vec3& normal,
-                    const Gas& gas) {
+double transport_at(const GasNodes::Place& node, bool artificial, const Vec3& velocity,
+                    const Vec3& normal, const Gas& gas) {
   const auto [at, stride] = node;
   const double gamma = gas.heat_capacity_ratio;
   const Vec3 u{{at[prim_u * stride], at[prim_v * stride], at[prim_w * stride]}};
@@ -44,13 +44,13 @@ void for_corners(const Stencil& stencil, const GasNodes& W, const Use& use) {
   }
 }
 
-/// Share of the momentum transport in the pressure at which half of a fit's curvature is left. A shock of
-/// Mach 1.2 has 0.12 behind it, gas beside a body that moves at 0.3 of the speed of sound below 1e-3.
-/// At 0.1 walls hit at Mach 10 overshoot by 5.3 %, here by 6.4 %, but the impulse of a shock of Mach 3 on a wall
-/// misses a quarter more.
+/// Share of the momentum transport in the pressure at which half of a fit's curvature is left. A
+/// shock of Mach 1.2 has 0.12 behind it, gas beside a body that moves at 0.3 of the speed of sound
+/// below 1e-3. At 0.1 walls hit at Mach 10 overshoot by 5.3 %, here by 6.4 %, but the impulse of a
+/// shock of Mach 3 on a wall misses a quarter more.
 constexpr double shock_share = 0.3;
-/// Largest parts of the mean pressure that slopes along the wall and the curvature may make: in a wedge the
-/// nodes may lie all to one side of the point.
+/// Largest parts of the mean pressure that slopes along the wall and the curvature may make: in a
+/// wedge the nodes may lie all to one side of the point.
 constexpr double largest_slope = 0.5;
 constexpr double largest_curvature = 0.25;
 
@@ -64,7 +64,8 @@ Sample sample(const Stencil& stencil, const GasNodes& W, const Gas& gas) noexcep
     const Real* base = &v(0, stencil.base[0], stencil.base[1], stencil.base[2]);
     std::ptrdiff_t safe = 0;
     const auto offset = [&](unsigned c) {
-      return static_cast<std::ptrdiff_t>(c & 1U) + (c >> 1 & 1U ? v.stride_j : 0) + (c >> 2 ? v.stride_k : 0);
+      return static_cast<std::ptrdiff_t>(c & 1U) + (c >> 1 & 1U ? v.stride_j : 0) +
+             (c >> 2 ? v.stride_k : 0);
     };
     for (unsigned c = 8; c-- > 0;) safe = stencil.weight[c] != 0.0 ? offset(c) : safe;
     for (unsigned c = 0; c < 8; ++c) {
@@ -97,7 +98,8 @@ FitSample sample(const WallFit& fit, const GasNodes& W, const Vec3& velocity, co
   const double shock = s.beside / (shock_share * s.gas.p);
   const double smooth = 1.0 / (1.0 + shock * shock);
   const double most_linear = largest_slope * s.gas.p, most_curved = largest_curvature * s.gas.p;
-  s.beside += std::clamp(linear, -most_linear, most_linear) + smooth * std::clamp(curved, -most_curved, most_curved);
+  s.beside += std::clamp(linear, -most_linear, most_linear) +
+              smooth * std::clamp(curved, -most_curved, most_curved);
   s.distance += linear_distance + smooth * curved_distance;
   return s;
 }

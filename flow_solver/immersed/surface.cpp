@@ -135,10 +135,15 @@ void find_quad_halves(std::size_t n_quads, SurfaceTopology& topology) {
   for (std::size_t f = 0; f < 2 * n_quads; ++f) {
     const Corners& mine = topology.facet[f];
     const Corners& other = topology.facet[f ^ 1U];
-    const auto lacks = [](const Corners& v, std::int32_t a) { return std::find(v.begin(), v.end(), a) == v.end(); };
-    const auto apex = std::find_if(mine.begin(), mine.end(), [&](std::int32_t a) { return lacks(other, a); });
-    const auto fourth = std::find_if(other.begin(), other.end(), [&](std::int32_t a) { return lacks(mine, a); });
-    topology.quad_half[f] = {.fourth = *fourth, .apex = static_cast<std::int32_t>(apex - mine.begin())};
+    const auto lacks = [](const Corners& v, std::int32_t a) {
+      return std::find(v.begin(), v.end(), a) == v.end();
+    };
+    const auto apex =
+        std::find_if(mine.begin(), mine.end(), [&](std::int32_t a) { return lacks(other, a); });
+    const auto fourth =
+        std::find_if(other.begin(), other.end(), [&](std::int32_t a) { return lacks(mine, a); });
+    topology.quad_half[f] = {.fourth = *fourth,
+                             .apex = static_cast<std::int32_t>(apex - mine.begin())};
   }
 }
 

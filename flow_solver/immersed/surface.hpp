@@ -26,8 +26,8 @@ struct SurfaceTopology {
   std::vector<std::int32_t>
       around_first;  ///< [n_vertices + 1] start of a vertex's facets in `around`
   std::vector<std::int32_t> around;
-  /// Of a facet that is half of a quad: the quad's corner it lacks (-1: no quad), and its own corner
-  /// opposite the cut, 0 to 2.
+  /// Of a facet that is half of a quad: the quad's corner it lacks (-1: no quad), and its own
+  /// corner opposite the cut, 0 to 2.
   struct QuadHalf {
     std::int32_t fourth = -1;
     std::int32_t apex = 0;

@@ -1,7 +1,6 @@
 #include "flow_solver/immersed/surface_readout.hpp"
 
 #include <Eigen/Dense>
-
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
@@ -33,7 +32,8 @@ struct Reading {
   double impedance = 0.0;
   double added_mass = 0.0;
   bool found = false;
-  /// `beside`: what adds to the pressure of the sample, Pa: momentum that goes through its place, curvature.
+  /// `beside`: what adds to the pressure of the sample, Pa: momentum that goes through its place,
+  /// curvature.
   void take(const Sample& s, double beside, double distance, const Wall& wall, const Gas& gas) {
     p = pressure_towards_wall(wall.foot, s, wall.state, distance, gas) + beside;
     const double rho = density(gas, s.p, s.T);
@@ -67,8 +67,8 @@ class Reader {
  private:
   void take(const Stencil& stencil, double distance, const Wall& wall, Reading& reading) const {
     reading.take(sample(stencil, W_, gas_),
-                 momentum_transport(stencil, W_, wall.state.velocity, wall.foot.normal, gas_), distance,
-                 wall, gas_);
+                 momentum_transport(stencil, W_, wall.state.velocity, wall.foot.normal, gas_),
+                 distance, wall, gas_);
   }
 
   /// Fitted to the nodes in front of the wall, each one's value taken to it.
@@ -180,12 +180,14 @@ class Exposure {
 
  private:
   /// Whether any part is exposed.
-  bool sum(std::int32_t f, const std::vector<std::array<double, 3>>& parts, FacetReading& reading) const {
+  bool sum(std::int32_t f, const std::vector<std::array<double, 3>>& parts,
+           FacetReading& reading) const {
     const BodyState& s = bodies_[static_cast<std::size_t>(b_)];
     const Corners& v = s.topology.facet[f];
     const Vec3 x[3] = {s.vertex(v[0]), s.vertex(v[1]), s.vertex(v[2])};
     const SurfaceTopology::QuadHalf& half = s.topology.quad_half[static_cast<std::size_t>(f)];
-    const auto end_1 = static_cast<std::size_t>(half.apex + 1) % 3, end_2 = static_cast<std::size_t>(half.apex + 2) % 3;
+    const auto end_1 = static_cast<std::size_t>(half.apex + 1) % 3,
+               end_2 = static_cast<std::size_t>(half.apex + 2) % 3;
     // Two barycentric coordinates have the covariance -1/36 over a triangle, over one of n similar
     // parts -1/(36 n).
     const double covariance = 1.0 / (36.0 * static_cast<double>(parts.size()));
@@ -230,8 +232,8 @@ Value wall_slope(const Value& f1, double d1, const Value& f2, double d2) {
   return (d2 / (d1 * (d2 - d1))) * f1 - (d1 / (d2 * (d2 - d1))) * f2;
 }
 
-/// Tangential part of grad u . n at a wall without slip: how its own normal velocity varies along it.
-/// Belongs to the stress of a turning or deforming wall beside the slope of the gas's velocity.
+/// Tangential part of grad u . n at a wall without slip: how its own normal velocity varies along
+/// it. Belongs to the stress of a turning or deforming wall beside the slope of the gas's velocity.
 Vec3 wall_gradient(const BodyState& s, std::int32_t f) {
   const Corners& v = s.topology.facet[f];
   const Vec3& normal = s.geometry.normal[f];
@@ -245,7 +247,8 @@ Vec3 wall_gradient(const BodyState& s, std::int32_t f) {
 }
 
 /// Shear traction and heat flux at a facet, where gas lies within two spacings in front of it.
-void read_friction(const ReadOut& read, const BodyState& s, const Wall& wall, FacetReading& reading) {
+void read_friction(const ReadOut& read, const BodyState& s, const Wall& wall,
+                   FacetReading& reading) {
   const Vec3& point = wall.foot.point;
   const Vec3& normal = wall.foot.normal;
   const double h = read.nodes.spacing(normal, read.nodes.cell_inside(point));
@@ -271,8 +274,8 @@ void read_friction(const ReadOut& read, const BodyState& s, const Wall& wall, Fa
     }
   }
   const double mu = viscosity(read.transport, T_wall > 0.0 ? T_wall : first.T);
-  const double cp = read.gas.gas_constant * read.gas.heat_capacity_ratio /
-                    (read.gas.heat_capacity_ratio - 1.0);
+  const double cp =
+      read.gas.gas_constant * read.gas.heat_capacity_ratio / (read.gas.heat_capacity_ratio - 1.0);
   if (!s.at_rest) slope = slope + wall_gradient(s, wall.foot.facet);
   reading.shear = mu * slope;
   reading.heat = mu * cp / read.transport.prandtl * heat_slope;
@@ -299,7 +302,8 @@ void share_readings(const ReadOut& read, const BodyState& s, std::vector<FacetRe
     std::vector<FacetReading> part;
     for (const std::int32_t f : list) part.push_back(facets[static_cast<std::size_t>(f)]);
     ranks.broadcast(std::span<FacetReading>(part), from);
-    for (std::size_t n = 0; n < list.size(); ++n) facets[static_cast<std::size_t>(list[n])] = part[n];
+    for (std::size_t n = 0; n < list.size(); ++n)
+      facets[static_cast<std::size_t>(list[n])] = part[n];
   }
 }
 
@@ -313,7 +317,9 @@ std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double
   const Exposure exposure(grid, read.bodies, b);
   std::vector<FacetReading> facets(s.n_facets());
   const FarNodes* far = read.W.far;
-  const auto is_own = [&](std::int32_t f) { return far == nullptr || far->near_own(middle_cell(read.nodes, s, f), 0); };
+  const auto is_own = [&](std::int32_t f) {
+    return far == nullptr || far->near_own(middle_cell(read.nodes, s, f), 0);
+  };
   const auto n = static_cast<std::int32_t>(s.n_facets());
 #pragma omp parallel for schedule(dynamic, 64) if (n > 500)
   for (std::int32_t f = 0; f < n; ++f) {
@@ -341,12 +347,14 @@ std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b, double
   return facets;
 }
 
-LoadShares load_shares(const SurfaceTopology& topology, std::size_t f, const FacetReading& reading) {
+LoadShares load_shares(const SurfaceTopology& topology, std::size_t f,
+                       const FacetReading& reading) {
   const Corners& v = topology.facet[f];
   const SurfaceTopology::QuadHalf& half = topology.quad_half[f];
-  LoadShares shares{.vertex = {v[0], v[1], v[2], half.fourth},
-                    .share = {reading.weight[0], reading.weight[1], reading.weight[2], reading.twist},
-                    .n = half.fourth < 0 ? 3 : 4};
+  LoadShares shares{
+      .vertex = {v[0], v[1], v[2], half.fourth},
+      .share = {reading.weight[0], reading.weight[1], reading.weight[2], reading.twist},
+      .n = half.fourth < 0 ? 3 : 4};
   if (half.fourth < 0) return shares;
   for (std::int32_t c = 0; c < 3; ++c)
     shares.share[static_cast<std::size_t>(c)] += c == half.apex ? reading.twist : -reading.twist;
@@ -357,18 +365,19 @@ namespace {
 
 /// What a vertex gets from the facets around it.
 struct VertexShare {
-  Vec3 force;         ///< N, wanted there, along the inward normals with the sign of pressure
-  Vec3 shear;         ///< N
-  Vec3 normal;        ///< m^2, its share of the area vectors around: force per pressure
-  double load = 0.0;  ///< N
-  double area = 0.0;  ///< m^2, its share of the areas around
+  Vec3 force;           ///< N, wanted there, along the inward normals with the sign of pressure
+  Vec3 shear;           ///< N
+  Vec3 normal;          ///< m^2, its share of the area vectors around: force per pressure
+  double load = 0.0;    ///< N
+  double area = 0.0;    ///< m^2, its share of the areas around
   bool on_rim = false;  ///< some facet around is covered, wholly or in part, and some exposed
 };
 
 std::vector<VertexShare> share_out(const Grid& grid, const BodyState& body,
                                    const std::vector<FacetReading>& facets) {
   // Shares of a whole facet: a third each, and 1/12 of a quad's half to the corner it lacks.
-  constexpr FacetReading uncovered{.weight = {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}, .twist = 1.0 / 12.0};
+  constexpr FacetReading uncovered{.weight = {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0},
+                                   .twist = 1.0 / 12.0};
   std::vector<VertexShare> shares(body.n_vertices());
   std::vector<std::uint8_t> seen(body.n_vertices(), 0);  // bit 0: covered, bit 1: exposed
   for (std::size_t f = 0; f < facets.size(); ++f) {
@@ -402,7 +411,8 @@ std::vector<VertexShare> share_out(const Grid& grid, const BodyState& body,
 /// alone would put the force right and the work wrong where the rim bulges.
 void balance_force(const std::vector<VertexShare>& shares, std::span<double> p) {
   constexpr double largest_part = 0.05;
-  if (std::none_of(shares.begin(), shares.end(), [](const VertexShare& s) { return s.on_rim; })) return;
+  if (std::none_of(shares.begin(), shares.end(), [](const VertexShare& s) { return s.on_rim; }))
+    return;
   Eigen::Vector3d missing = Eigen::Vector3d::Zero();
   Eigen::Matrix3d normal_products = Eigen::Matrix3d::Zero();
   for (std::size_t v = 0; v < shares.size(); ++v) {
@@ -417,7 +427,8 @@ void balance_force(const std::vector<VertexShare>& shares, std::span<double> p) 
   for (std::size_t v = 0; v < shares.size(); ++v) {
     const VertexShare& s = shares[v];
     if (s.area <= 0.0) continue;
-    const double part = (s.normal[0] * way[0] + s.normal[1] * way[1] + s.normal[2] * way[2]) / s.area;
+    const double part =
+        (s.normal[0] * way[0] + s.normal[1] * way[1] + s.normal[2] * way[2]) / s.area;
     p[v] += std::clamp(part, -largest_part, largest_part) * std::abs(p[v]);
   }
 }
@@ -446,7 +457,8 @@ void spread_forces(const BodyState& body, const std::vector<FacetReading>& facet
     const FacetReading& reading = facets[f];
     if (reading.exposed == 0.0) continue;
     const double area = reading.exposed * body.geometry.area[f];
-    const Vec3 force = (-reading.overpressure * area) * body.geometry.normal[f] + area * reading.shear;
+    const Vec3 force =
+        (-reading.overpressure * area) * body.geometry.normal[f] + area * reading.shear;
     const LoadShares part = load_shares(body.topology, f, reading);
     for (std::size_t c = 0; c < static_cast<std::size_t>(part.n); ++c)
       for (std::size_t a = 0; a < 3; ++a)
@@ -459,7 +471,8 @@ void spread_shear(const Grid& grid, const BodyState& body, const std::vector<Fac
   const std::vector<VertexShare> shares = share_out(grid, body, facets);
   for (std::size_t v = 0; v < shares.size(); ++v) {
     const Vec3 shear = shares[v].area > 0.0 ? (1.0 / shares[v].area) * shares[v].shear : Vec3{};
-    std::copy(shear.c.begin(), shear.c.end(), at_vertices.begin() + static_cast<std::ptrdiff_t>(3 * v));
+    std::copy(shear.c.begin(), shear.c.end(),
+              at_vertices.begin() + static_cast<std::ptrdiff_t>(3 * v));
   }
 }
 

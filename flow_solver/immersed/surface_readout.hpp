@@ -9,7 +9,7 @@ namespace ocublast::flow::inline OCU_PRECISION {
 
 /// Gas state read at a facet.
 struct FacetReading {
-  Vec3 point;                 ///< m, middle of the exposed part
+  Vec3 point;                      ///< m, middle of the exposed part
   std::array<double, 3> weight{};  ///< barycentric, of `point`
   double twist = 0.0;         ///< half of a quad: what its bilinear shapes add, see load_shares
   double exposed = 0.0;       ///< share of the facet in the gas: 0, 1/16, .. 1
@@ -29,12 +29,11 @@ struct ReadOut {
   const WallTransport& transport;
 };
 
-/// Overpressure on all facets of body b at the middle of the exposed part: linear along the wall through
-/// the nodes in front of it (fit_at_wall), each corrected to the wall with the slope of the ghosts'
-/// pressure.
-/// Shear and heat flux from the parabola through the wall and two points one and two spacings away.
-/// A facet counts as covered where another body lies on it, where it lies outside the grid, and
-/// where its normal has no part in a present direction.
+/// Overpressure on all facets of body b at the middle of the exposed part: linear along the wall
+/// through the nodes in front of it (fit_at_wall), each corrected to the wall with the slope of the
+/// ghosts' pressure. Shear and heat flux from the parabola through the wall and two points one and
+/// two spacings away. A facet counts as covered where another body lies on it, where it lies
+/// outside the grid, and where its normal has no part in a present direction.
 [[nodiscard]] std::vector<FacetReading> read_facets(const ReadOut& read, std::size_t b,
                                                     double ambient_pressure);
 
@@ -45,11 +44,13 @@ struct LoadShares {
   int n = 0;
 };
 
-/// Shares of the exposed part of facet f: barycentric on a triangle; on half of a quad the mean of the
-/// quad's bilinear shapes over that part. With w the barycentric weights of the two ends of the cut,
-/// their product moves from both ends to the other two corners: xi (1 - eta) = w_apex + w_1 w_2, and
-/// so on. Shares of a parallelogram's halves add up to a quarter for each corner, and keep the moment.
-[[nodiscard]] LoadShares load_shares(const SurfaceTopology& topology, std::size_t f, const FacetReading& reading);
+/// Shares of the exposed part of facet f: barycentric on a triangle; on half of a quad the mean of
+/// the quad's bilinear shapes over that part. With w the barycentric weights of the two ends of the
+/// cut, their product moves from both ends to the other two corners: xi (1 - eta) = w_apex + w_1
+/// w_2, and so on. Shares of a parallelogram's halves add up to a quarter for each corner, and keep
+/// the moment.
+[[nodiscard]] LoadShares load_shares(const SurfaceTopology& topology, std::size_t f,
+                                     const FacetReading& reading);
 
 /// The same at the vertices, for a structure that takes pressure as linear over each facet. Each
 /// facet's force goes to vertices by load_shares; a vertex's pressure is the one whose force there,
@@ -59,9 +60,9 @@ struct LoadShares {
 void spread_to_vertices(const Grid& grid, const BodyState& body,
                         const std::vector<FacetReading>& facets, std::span<double> at_vertices);
 
-/// Forces at the vertices [n_vertices, 3], N, for a structure that takes them: each facet's pressure
-/// and shear on its exposed part go to vertices by load_shares. Force and power of the vertices are
-/// those of integrate_load, however facets are covered.
+/// Forces at the vertices [n_vertices, 3], N, for a structure that takes them: each facet's
+/// pressure and shear on its exposed part go to vertices by load_shares. Force and power of the
+/// vertices are those of integrate_load, however facets are covered.
 void spread_forces(const BodyState& body, const std::vector<FacetReading>& facets,
                    std::span<double> at_vertices);
 

@@ -38,7 +38,8 @@ Foot mouth_foot(const Grid& grid, const Bodies& bodies, int axis, const WallEnd&
 /// What of the old topology still holds.
 class Reuse {
  public:
-  Reuse(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, const Topology& old, const CutGrid& cut)
+  Reuse(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, const Topology& old,
+        const CutGrid& cut)
       : grid_(grid), bodies_(bodies), old_(old), state_(old.ghosts.point.size()) {
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const auto& stale = bodies[b].stale;
@@ -47,7 +48,8 @@ class Reuse {
     find_changed_cuts(cut);
     const auto n = static_cast<std::ptrdiff_t>(state_.size());
 #pragma omp parallel for schedule(static) if (n > 2000)
-    for (std::ptrdiff_t p = 0; p < n; ++p) state_[p] = state_of(old.ghosts.point[p], old.ghosts.node[p], nodes);
+    for (std::ptrdiff_t p = 0; p < n; ++p)
+      state_[p] = state_of(old.ghosts.point[p], old.ghosts.node[p], nodes);
   }
 
   /// Number of the same wall end in the old topology, -1: new. `hint` moves along with the caller's
@@ -55,22 +57,27 @@ class Reuse {
   [[nodiscard]] std::int32_t old_wall(int axis, const WallEnd& wall, std::size_t& hint) const {
     const auto& walls = old_.cut.walls[axis];
     constexpr int most_steps = 8;
-    for (int step = 0; step < most_steps && hint < walls.size() && comes_before(walls[hint], wall); ++step) ++hint;
+    for (int step = 0; step < most_steps && hint < walls.size() && comes_before(walls[hint], wall);
+         ++step)
+      ++hint;
     const bool passed = hint > walls.size() || (hint > 0 && !comes_before(walls[hint - 1], wall));
     if (passed || (hint < walls.size() && comes_before(walls[hint], wall))) {
-      hint = static_cast<std::size_t>(std::lower_bound(walls.begin(), walls.end(), wall, comes_before) - walls.begin());
+      hint = static_cast<std::size_t>(
+          std::lower_bound(walls.begin(), walls.end(), wall, comes_before) - walls.begin());
     }
     if (hint >= walls.size() || wall.facet < 0) return -1;
     const WallEnd& at = walls[hint];
-    const bool is_it = at.line == wall.line && at.node == wall.node && at.side == wall.side && at.body == wall.body &&
-                       at.facet == wall.facet;
+    const bool is_it = at.line == wall.line && at.node == wall.node && at.side == wall.side &&
+                       at.body == wall.body && at.facet == wall.facet;
     return is_it ? static_cast<std::int32_t>(hint) : -1;
   }
   /// May the foot of an old ghost stay, for this wall?
   [[nodiscard]] bool foot_holds(const WallEnd& wall, std::int32_t point) const {
-    return (state_[static_cast<std::size_t>(point)] & foot_stays) != 0 && bodies_[wall.body].stale[wall.facet] == 0;
+    return (state_[static_cast<std::size_t>(point)] & foot_stays) != 0 &&
+           bodies_[wall.body].stale[wall.facet] == 0;
   }
-  /// Is it where the body is: has that not moved since the topology before, or since its ghosts were filled?
+  /// Is it where the body is: has that not moved since the topology before, or since its ghosts
+  /// were filled?
   [[nodiscard]] bool is_there(std::int32_t point) const {
     return (state_[static_cast<std::size_t>(point)] & foot_is_there) != 0;
   }
@@ -90,7 +97,8 @@ class Reuse {
 
  private:
   enum State : std::uint8_t { foot_stays = 1, foot_is_there = 2, nodes_stay = 4 };
-  [[nodiscard]] std::uint8_t state_of(const GhostPoint& ghost, const NodeIndex& node, const FluidNodes& nodes) const {
+  [[nodiscard]] std::uint8_t state_of(const GhostPoint& ghost, const NodeIndex& node,
+                                      const FluidNodes& nodes) const {
     const Foot& foot = ghost.foot;
     if (foot.body < 0) return 0;
     const BodyState& body = bodies_[foot.body];
@@ -147,13 +155,14 @@ class FoundBefore {
  public:
   FoundBefore(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, Topology& topology)
       : grid_(grid), bodies_(bodies), nodes_(nodes), topology_(topology) {
-    if (topology.found_at.size() != topology.cut.tag.size()) topology.found_at.assign(topology.cut.tag.size(), -1);
+    if (topology.found_at.size() != topology.cut.tag.size())
+      topology.found_at.assign(topology.cut.tag.size(), -1);
     for (std::size_t a = 0; a < 3; ++a) alone_[a].assign(topology.cut.walls[a].size() * n_ghost, 0);
   }
-  /// Takes over the foot if a search would find the same, and the stencil if it would be the same too.
-  /// Returns 0: neither, 1: the foot, 2: both.
-  [[nodiscard]] int take(const WallEnd& wall, const NodeIndex& node, const NodeIndex& end, const Vec3& x,
-                         const Vec3& crossing, GhostPoint& ghost) const {
+  /// Takes over the foot if a search would find the same, and the stencil if it would be the same
+  /// too. Returns 0: neither, 1: the foot, 2: both.
+  [[nodiscard]] int take(const WallEnd& wall, const NodeIndex& node, const NodeIndex& end,
+                         const Vec3& x, const Vec3& crossing, GhostPoint& ghost) const {
     if (!nodes_.contains(node)) return 0;
     const std::int32_t code = topology_.found_at[nodes_.offset(node)];
     if (code < 0) return 0;
@@ -173,7 +182,8 @@ class FoundBefore {
     });
   }
   ~FoundBefore() {
-    for (int axis = 0; axis < 3; ++axis) for_alone(axis, [](std::int32_t& at, std::int32_t) { at = -1; });
+    for (int axis = 0; axis < 3; ++axis)
+      for_alone(axis, [](std::int32_t& at, std::int32_t) { at = -1; });
   }
   FoundBefore(const FoundBefore&) = delete;
   FoundBefore& operator=(const FoundBefore&) = delete;
@@ -187,7 +197,9 @@ class FoundBefore {
         const std::size_t number = w * n_ghost + static_cast<std::size_t>(layer);
         if (alone_[axis][number] == 0) continue;
         const NodeIndex node = ghost_node(grid_, axis, walls[w], layer);
-        if (nodes_.contains(node)) call(topology_.found_at[nodes_.offset(node)], static_cast<std::int32_t>(3 * number) + axis);
+        if (nodes_.contains(node))
+          call(topology_.found_at[nodes_.offset(node)],
+               static_cast<std::int32_t>(3 * number) + axis);
       }
     }
   }
@@ -203,7 +215,13 @@ class GhostSearch {
  public:
   GhostSearch(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, const FarNodes* far,
               const Topology& old, const Reuse& reuse, FoundBefore& before, Topology& topology)
-      : grid_(grid), bodies_(bodies), nodes_(nodes), far_(far), old_(old), reuse_(reuse), before_(before),
+      : grid_(grid),
+        bodies_(bodies),
+        nodes_(nodes),
+        far_(far),
+        old_(old),
+        reuse_(reuse),
+        before_(before),
         topology_(topology) {}
 
   void search(int axis) {
@@ -227,7 +245,8 @@ class GhostSearch {
     const WallEnd& wall = topology_.cut.walls[axis][w];
     const NodeIndex end = end_node(grid_, axis, wall);
     const std::int32_t before = reuse_.old_wall(axis, wall, hint);
-    const std::int32_t* points = before < 0 ? nullptr : &old_.ghosts.of[axis][static_cast<std::size_t>(before) * n_ghost];
+    const std::int32_t* points =
+        before < 0 ? nullptr : &old_.ghosts.of[axis][static_cast<std::size_t>(before) * n_ghost];
     const bool cuts_hold = reuse_.cuts_hold(end);
     const Foot* near = nullptr;
     for (int layer = 0; layer < n_ghost; ++layer) {
@@ -244,8 +263,10 @@ class GhostSearch {
             continue;
           }
           ghost = there;
-          if (reuse_.is_there(point)) ghost.stencil = nodes_.image(ghost.foot, end);
-          else follow_ghost(grid_, bodies_, nodes_, axis, wall, layer, nodes_changed, ghost);
+          if (reuse_.is_there(point))
+            ghost.stencil = nodes_.image(ghost.foot, end);
+          else
+            follow_ghost(grid_, bodies_, nodes_, axis, wall, layer, nodes_changed, ghost);
           near = &ghost.foot;
           continue;
         }
@@ -254,8 +275,8 @@ class GhostSearch {
       near = &ghost.foot;
     }
   }
-  void find(int axis, std::ptrdiff_t number, const WallEnd& wall, int layer, const NodeIndex& end, const Foot* near,
-            GhostPoint& ghost) {
+  void find(int axis, std::ptrdiff_t number, const WallEnd& wall, int layer, const NodeIndex& end,
+            const Foot* near, GhostPoint& ghost) {
     const NodeIndex node = ghost_node(grid_, axis, wall, layer);
     const Vec3 x = place(grid_, node);
     int taken = 0;
@@ -266,7 +287,8 @@ class GhostSearch {
       crossing[axis] = wall.position;
       taken = before_.take(wall, node, end, x, crossing, ghost);
       bool alone = false;
-      if (taken == 0) ghost.foot = find_foot(bodies_, x, crossing, wall.body, wall.facet, near, &alone);
+      if (taken == 0)
+        ghost.foot = find_foot(bodies_, x, crossing, wall.body, wall.facet, near, &alone);
       if (alone) before_.note(axis, number);
     }
     if (taken < 2) ghost.stencil = nodes_.image(ghost.foot, end);
@@ -312,8 +334,8 @@ bool is_mine(const Grid& grid, const FarNodes* far, int axis, const WallEnd& wal
   return far == nullptr || far->near_own(end_node(grid, axis, wall), n_ghost);
 }
 
-void make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options, const FarNodes* far,
-                   const Topology& old, Topology& topology) {
+void make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options,
+                   const FarNodes* far, const Topology& old, Topology& topology) {
   cut_grid(grid, bodies, options.gap_block, options.domain_wall, topology.cut);
   const FluidNodes nodes(grid, topology.cut.tag, topology.cut.thin_cut);
   const Reuse reuse(grid, bodies, nodes, old, topology.cut);

@@ -21,17 +21,18 @@ struct BandNode {
   std::int32_t axis = 0;
   std::int32_t ghost = 0;  ///< wall end * n_ghost + layer
   Vec3 normal;             ///< of the wall its value comes from
-  double depth = 0.0;     ///< m, below that wall, not negative
+  double depth = 0.0;      ///< m, below that wall, not negative
 };
 
-/// Where a ghost's value goes: number `ghost` (wall end * n_ghost + layer) of the lines along `axis`.
+/// Where a ghost's value goes: number `ghost` (wall end * n_ghost + layer) of the lines along
+/// `axis`.
 struct GhostUse {
   std::int32_t axis = 0;
   std::int32_t ghost = 0;
 };
 
-/// The ghosts in the order of their nodes, so that the gas around them is read as it lies in memory. Wall
-/// ends of several directions share a ghost where node, foot and stencil are the same.
+/// The ghosts in the order of their nodes, so that the gas around them is read as it lies in
+/// memory. Wall ends of several directions share a ghost where node, foot and stencil are the same.
 struct GhostList {
   std::vector<GhostPoint> point;
   std::vector<NodeIndex> node;
@@ -44,11 +45,12 @@ struct GhostList {
 /// Everything that depends on where the walls lie among the nodes.
 struct Topology {
   CutGrid cut;
-  /// Ghosts as they were found, [n_walls, n_ghost] per direction, and the points of the topology before
-  /// that still hold; -1: see `searched`.
+  /// Ghosts as they were found, [n_walls, n_ghost] per direction, and the points of the topology
+  /// before that still hold; -1: see `searched`.
   std::array<std::vector<GhostPoint>, 3> searched;
   std::array<std::vector<std::int32_t>, 3> kept;
-  /// While ghosts are searched: the one found at a node for a direction before, as 3 number + axis; -1: none.
+  /// While ghosts are searched: the one found at a node for a direction before, as 3 number + axis;
+  /// -1: none.
   std::vector<std::int32_t> found_at;
   GhostList ghosts;  ///< as they are now
   std::vector<BandNode> band;
@@ -56,7 +58,8 @@ struct Topology {
 
   /// A ghost of this rank as it is now.
   [[nodiscard]] const GhostPoint& ghost(int axis, std::size_t number) const {
-    return ghosts.point[static_cast<std::size_t>(ghosts.of[static_cast<std::size_t>(axis)][number])];
+    return ghosts
+        .point[static_cast<std::size_t>(ghosts.of[static_cast<std::size_t>(axis)][number])];
   }
 };
 
@@ -71,19 +74,20 @@ struct Topology {
 void follow_ghost(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, int axis,
                   const WallEnd& wall, int layer, bool nodes_changed, GhostPoint& ghost);
 
-/// Whether this rank looks after a wall end: its ghosts reach into the rank's block. Without ranks: yes.
+/// Whether this rank looks after a wall end: its ghosts reach into the rank's block. Without ranks:
+/// yes.
 [[nodiscard]] bool is_mine(const Grid& grid, const FarNodes* far, int axis, const WallEnd& wall);
 
-/// Band and list of ghosts of a topology whose feet are known (`searched`, or `kept` from `old`); with ranks of
-/// this one's wall ends.
-void arrange_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes, const FarNodes* far,
-                    const Topology& old, Topology& topology);
+/// Band and list of ghosts of a topology whose feet are known (`searched`, or `kept` from `old`);
+/// with ranks of this one's wall ends.
+void arrange_ghosts(const Grid& grid, const Bodies& bodies, const FluidNodes& nodes,
+                    const FarNodes* far, const Topology& old, Topology& topology);
 
 /// Cuts the grid for the bodies' current place, with the gap rule of `options`. Feet of `old` are
 /// kept where neither their facet nor a body near them moved, so that static walls are searched
-/// once. Uses the memory of what `topology` held before. With ranks (`far`) every one cuts the whole
-/// grid, which is cheap and the same everywhere; feet are searched by those that need them.
-void make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options, const FarNodes* far,
-                   const Topology& old, Topology& topology);
+/// once. Uses the memory of what `topology` held before. With ranks (`far`) every one cuts the
+/// whole grid, which is cheap and the same everywhere; feet are searched by those that need them.
+void make_topology(const Grid& grid, const Bodies& bodies, const ImmersedOptions& options,
+                   const FarNodes* far, const Topology& old, Topology& topology);
 
 }  // namespace ocublast::flow

@@ -1,27 +1,28 @@
 #include "flow_solver/immersed/wall_fit.hpp"
 
 #include <Eigen/Dense>
-
 #include <algorithm>
 #include <cmath>
 
 namespace ocublast::flow {
 namespace {
 
-/// Spacings. Half a ball of this radius holds some 24 nodes, half a disc 8: for 7 and 4 terms. At 2.0 spikes
-/// on a moving cylinder are larger by a fifth, at 2.5 peaks along the wall lose a fifth more.
+/// Spacings. Half a ball of this radius holds some 24 nodes, half a disc 8: for 7 and 4 terms.
+/// At 2.0 spikes on a moving cylinder are larger by a fifth, at 2.5 peaks along the wall lose a
+/// fifth more.
 constexpr double reach = 2.25;
-/// A node counts in full from this distance on (spacings): many steps after it came out of the wall. At 0.5 the
-/// pressure of a moving wall changes a third faster when it passes nodes, and a shock's impulse on a cylinder at
-/// 8 cells per radius misses 1.1 % instead of 0.7 %.
+/// A node counts in full from this distance on (spacings): many steps after it came out of the
+/// wall. At 0.5 the pressure of a moving wall changes a third faster when it passes nodes, and a
+/// shock's impulse on a cylinder at 8 cells per radius misses 1.1 % instead of 0.7 %.
 constexpr double full_from = 1.0;
-/// Weight of the terms of second order themselves beside that of the field's deviations: keeps them from
-/// nodes that hardly tell them apart. At 0.1 a peak of half width 2 loses 5.1 % of its height, here 3.3 %.
+/// Weight of the terms of second order themselves beside that of the field's deviations: keeps them
+/// from nodes that hardly tell them apart. At 0.1 a peak of half width 2 loses 5.1 % of its height,
+/// here 3.3 %.
 constexpr double curved_damping = 0.02;
 /// Least sum of weights: one node half-way to the rim has 0.56.
 constexpr double least_sum = 0.05;
-/// Least spread of the nodes along the wall (variance, spacings^2) for a slope to be taken from them. A
-/// half-disc has 0.3; below, the slope is damped.
+/// Least spread of the nodes along the wall (variance, spacings^2) for a slope to be taken from
+/// them. A half-disc has 0.3; below, the slope is damped.
 constexpr double least_spread = 0.05;
 
 /// Directions along a wall. Where a direction of space is absent, there is none along it.
@@ -63,7 +64,8 @@ using Normal = Eigen::Matrix<double, most_terms, most_terms>;
 double least_variance(const Normal& m, const std::array<bool, 2>& present) {
   const double one = m(0, 0), mean_a = m(1, 0) / one, mean_b = m(2, 0) / one;
   const double a = m(1, 1) / one - mean_a * mean_a, b = m(2, 2) / one - mean_b * mean_b;
-  if (!(present[0] && present[1])) return std::min(present[0] ? a : HUGE_VAL, present[1] ? b : HUGE_VAL);
+  if (!(present[0] && present[1]))
+    return std::min(present[0] ? a : HUGE_VAL, present[1] ? b : HUGE_VAL);
   const double cov = m(2, 1) / one - mean_a * mean_b;
   return 0.5 * (a + b) - std::sqrt(0.25 * (a - b) * (a - b) + cov * cov);
 }

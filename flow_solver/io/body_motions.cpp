@@ -11,10 +11,11 @@ namespace {
 MassProperties mass_of(const BodyCase& spec, const BodySurface& surface) {
   const FreeBodyCase& given = spec.free;
   const double volume = enclosed_volume(surface);
-  MassProperties mass = mass_of_surface(
-      surface, given.density > 0.0 ? given.density : given.mass / std::abs(volume));
+  MassProperties mass =
+      mass_of_surface(surface, given.density > 0.0 ? given.density : given.mass / std::abs(volume));
   if (given.center_given) mass.center = Vec3{given.center};
-  if (given.inertia.size() == 6) std::copy(given.inertia.begin(), given.inertia.end(), mass.inertia.begin());
+  if (given.inertia.size() == 6)
+    std::copy(given.inertia.begin(), given.inertia.end(), mass.inertia.begin());
   return mass;
 }
 
@@ -40,7 +41,8 @@ BodyMotions::BodyMotions(const FlowCase& flow_case, const ImmersedBoundary& bodi
     if (spec.motion == BodyMotion::prescribed) motion.path = spec.path;
     if (spec.motion == BodyMotion::free) {
       const BodySurface& surface = bodies.body(b).surface;
-      motion.free = std::make_unique<FreeBody>(surface, mass_of(spec, surface), options_of(flow_case, spec));
+      motion.free =
+          std::make_unique<FreeBody>(surface, mass_of(spec, surface), options_of(flow_case, spec));
     }
     motions_.push_back(std::move(motion));
   }
@@ -71,7 +73,9 @@ void BodyMotions::correct(double dt, std::span<const BodyLoad> loads) {
     if (motions_[b].free) motions_[b].free->correct(dt, loads[b]);
 }
 
-const FreeBody* BodyMotions::free_body(std::size_t b) const { return motions_[b].free.get(); }
+const FreeBody* BodyMotions::free_body(std::size_t b) const {
+  return motions_[b].free.get();
+}
 
 std::vector<double> BodyMotions::save() const {
   std::vector<double> saved;

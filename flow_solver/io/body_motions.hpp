@@ -18,8 +18,8 @@ class BodyMotions {
 
   /// Loads at the start of the run.
   void start(std::span<const BodyLoad> loads);
-  /// Walls over the next step. A cubic through end positions and velocities follows a law to 4th order
-  /// in the step, far below the flow's own error.
+  /// Walls over the next step. A cubic through end positions and velocities follows a law to 4th
+  /// order in the step, far below the flow's own error.
   void set_paths(ImmersedBoundary& bodies, double t_begin, double t_end);
   /// Loads at the end of that step, of `dt` seconds.
   void correct(double dt, std::span<const BodyLoad> loads);

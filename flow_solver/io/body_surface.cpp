@@ -1,9 +1,9 @@
 #include "flow_solver/io/body_surface.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/hdf5_file.hpp"
@@ -39,8 +39,10 @@ BodySurface surface_of_faces(const std::vector<double>& nodes,
 BodySurface read_body_surface(const std::filesystem::path& file) try {
   const auto mesh = Hdf5File::open(file);
   if (mesh.text_attribute("format") != "ocublast-mesh" || mesh.integer_attribute("version") != 1)
-    throw CaseError(fmt::format("{}: expected format ocublast-mesh, version 1; cases/mesh convert "
-                                "makes it", file.string()));
+    throw CaseError(
+        fmt::format("{}: expected format ocublast-mesh, version 1; cases/mesh convert "
+                    "makes it",
+                    file.string()));
   const auto nodes = mesh.read<double>("nodes");
   const bool triangles = mesh.has("cells/tri3");
   if (!triangles && !mesh.has("face_sets/wet"))
@@ -49,8 +51,8 @@ BodySurface read_body_surface(const std::filesystem::path& file) try {
   const auto n_nodes = static_cast<std::int32_t>(nodes.size() / 3);
   for (const auto node : cells)
     if (node >= n_nodes || node < (triangles ? 0 : -1))
-      throw CaseError(fmt::format("{}: a facet names node {}, the mesh has {}", file.string(), node,
-                                  n_nodes));
+      throw CaseError(
+          fmt::format("{}: a facet names node {}, the mesh has {}", file.string(), node, n_nodes));
   if (triangles) return {.vertices = nodes, .triangles = std::move(cells)};
   return surface_of_faces(nodes, cells);
 } catch (const LinkError& error) {

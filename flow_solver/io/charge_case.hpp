@@ -16,7 +16,8 @@ inline constexpr std::array<std::string_view, 6> domain_face_names = {"x_min", "
 [[nodiscard]] bool is_outside(const FlowCase& flow_case, const ChargeCase& charge);
 
 /// Whether a face is a plane of symmetry through the charge (or r = 0 of a radial grid).
-[[nodiscard]] bool through_charge(const FlowCase& flow_case, std::size_t face, const ChargeCase& charge);
+[[nodiscard]] bool through_charge(const FlowCase& flow_case, std::size_t face,
+                                  const ChargeCase& charge);
 
 /// Declares and reads flow.charge; faults are left with the reader.
 void read_charges(Section& flow, FlowCase& result);

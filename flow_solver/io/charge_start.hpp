@@ -20,10 +20,11 @@ struct ChargeStart {
   std::shared_ptr<IncidentWaves> incident;  ///< those outside; null: none
 };
 
-/// Runs the waves of all charges side by side until the first front comes near: to a body or a face that
-/// it must not cross before it is on the grid, or, from outside, to the grid. Throws CaseError for a charge
-/// in a body, or with too little room for its source.
-[[nodiscard]] ChargeStart start_charges(const FlowCase& flow_case, const Grid& grid, std::span<const Body> bodies);
+/// Runs the waves of all charges side by side until the first front comes near: to a body or a face
+/// that it must not cross before it is on the grid, or, from outside, to the grid. Throws CaseError
+/// for a charge in a body, or with too little room for its source.
+[[nodiscard]] ChargeStart start_charges(const FlowCase& flow_case, const Grid& grid,
+                                        std::span<const Body> bodies);
 
 /// Distance [m] from a point to a closed surface, negative inside (of outward triangles).
 [[nodiscard]] double signed_distance(const BodySurface& surface, const std::array<double, 3>& x);

@@ -1,8 +1,8 @@
 #include "flow_solver/io/csv_table.hpp"
 
-#include <cstdlib>
-
 #include <fmt/format.h>
+
+#include <cstdlib>
 
 #include "coupler/base/errors.hpp"
 

@@ -15,18 +15,18 @@
 
 namespace ocublast::flow::inline OCU_PRECISION {
 
-/// Writes the flow field as a series that ParaView opens: flow.xmf beside one flow/NNNN.h5 per time,
-/// each closed before the index names it. Cell data on the non-uniform grid, single precision. Files
-/// are written in the background: values are copied at once.
+/// Writes the flow field as a series that ParaView opens: flow.xmf beside one flow/NNNN.h5 per
+/// time, each closed before the index names it. Cell data on the non-uniform grid, single
+/// precision. Files are written in the background: values are copied at once.
 class FieldOutput {
  public:
   struct Options {
-    std::filesystem::path directory;     ///< run directory
-    double ambient_pressure = 0.0;       ///< Pa
+    std::filesystem::path directory;  ///< run directory
+    double ambient_pressure = 0.0;    ///< Pa
   };
   FieldOutput(const Grid& grid, const Gas& gas, Options options, BackgroundWriter& writer);
-  /// Writes frame number n_frames(): overpressure, density, temperature, velocity, tags. Under ranks W
-  /// holds the nodes in `own`; the root gathers and writes. Collective.
+  /// Writes frame number n_frames(): overpressure, density, temperature, velocity, tags. Under
+  /// ranks W holds the nodes in `own`; the root gathers and writes. Collective.
   void write(const Ranks& ranks, const NodeBox& own, FieldsView<const Real> W,
              std::span<const std::uint8_t> tags, double t);
   [[nodiscard]] std::size_t n_frames() const { return times_.size(); }
@@ -52,8 +52,8 @@ class InterfaceOutput {
   InterfaceOutput(std::filesystem::path directory, BackgroundWriter& writer)
       : directory_(std::move(directory)), writer_(&writer) {}
   /// Collective; the root writes.
-  void write(const Ranks& ranks, const ImmersedBoundary& bodies, FieldsView<const Real> W, double ambient_pressure,
-             double t);
+  void write(const Ranks& ranks, const ImmersedBoundary& bodies, FieldsView<const Real> W,
+             double ambient_pressure, double t);
   void restore(std::vector<double> times) { times_ = std::move(times); }
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
 

@@ -22,14 +22,14 @@ enum class BodyMotion { fixed, prescribed, free, coupled };
 /// A rigid body that the gas carries. Mass or density is given; center and inertia else follow from
 /// the surface at uniform density.
 struct FreeBodyCase {
-  double mass = 0.0;                        ///< kg
-  double density = 0.0;                     ///< kg/m^3
+  double mass = 0.0;     ///< kg
+  double density = 0.0;  ///< kg/m^3
   bool center_given = false;
-  std::array<double, 3> center{};           ///< m, of mass, on the reference shape
-  std::vector<double> inertia;              ///< kg m^2 about it: xx, yy, zz, xy, yz, zx; empty: uniform
-  std::array<double, 3> velocity{};         ///< m/s, at the start
-  std::array<double, 3> angular_velocity{}; ///< rad/s, at the start
-  std::array<double, 3> gravity{};          ///< m/s^2
+  std::array<double, 3> center{};    ///< m, of mass, on the reference shape
+  std::vector<double> inertia;       ///< kg m^2 about it: xx, yy, zz, xy, yz, zx; empty: uniform
+  std::array<double, 3> velocity{};  ///< m/s, at the start
+  std::array<double, 3> angular_velocity{};  ///< rad/s, at the start
+  std::array<double, 3> gravity{};           ///< m/s^2
   std::array<bool, 3> translates{true, true, true};
   std::array<bool, 3> rotates{true, true, true};
 };
@@ -49,7 +49,7 @@ struct BodyCase {
   RigidPath path;
   FreeBodyCase free;
   WallSlip slip = WallSlip::slip;
-  double wall_temperature = 0.0;  ///< K, 0: adiabatic
+  double wall_temperature = 0.0;     ///< K, 0: adiabatic
   std::optional<PistonCase> piston;  ///< the body is the piston of a face of the domain
 };
 
@@ -64,10 +64,10 @@ struct GasState {
 /// Start of the gas before bursts are added.
 struct InitialCase {
   InitialKind kind = InitialKind::uniform;
-  int axis = 0;           ///< of the Riemann problem
-  double position = 0.0;  ///< m, of its interface
+  int axis = 0;                  ///< of the Riemann problem
+  double position = 0.0;         ///< m, of its interface
   double interface_width = 0.5;  ///< of the tanh across it, in cells
-  GasState left, right;   ///< of its two sides; uniform: ambient at rest
+  GasState left, right;          ///< of its two sides; uniform: ambient at rest
 };
 
 /// A ball of hot gas at rest. Either its energy above ambient, or its pressure, is given.
@@ -81,13 +81,14 @@ struct BurstCase {
 };
 
 enum class ChargeSource {
-  calibrated,       ///< TNT by its calibrated ball
-  jwl,              ///< TNT by detonation and expansion of its products
-  ball,             ///< ball of hot gas of given energy, radius and mass
-  kingery_bulmash   ///< prescribed wave form, from outside only
+  calibrated,      ///< TNT by its calibrated ball
+  jwl,             ///< TNT by detonation and expansion of its products
+  ball,            ///< ball of hot gas of given energy, radius and mass
+  kingery_bulmash  ///< prescribed wave form, from outside only
 };
 
-/// A charge whose wave is computed in one dimension until its front comes near, then brought to the grid.
+/// A charge whose wave is computed in one dimension until its front comes near, then brought to the
+/// grid.
 struct ChargeCase {
   std::string name;
   ChargeSource source = ChargeSource::calibrated;
@@ -111,7 +112,7 @@ struct SurfaceProbe {
 };
 
 struct OutputCase {
-  double every = 0.0;  ///< s, 0: no fields
+  double every = 0.0;            ///< s, 0: no fields
   double interface_every = 0.0;  ///< s, 0: none
 };
 

@@ -22,6 +22,7 @@ namespace ocublast::flow::inline OCU_PRECISION {
                                             std::span<const link::InterfaceMesh> coupled);
 
 /// Throws CaseError for a charge whose centre lies in a body; tags are those of the first topology.
-void require_charges_in_gas(const FlowCase& flow_case, const Grid& grid, std::span<const std::uint8_t> tags);
+void require_charges_in_gas(const FlowCase& flow_case, const Grid& grid,
+                            std::span<const std::uint8_t> tags);
 
 }  // namespace ocublast::flow

@@ -15,7 +15,8 @@ BodySurface make_piston_slab(const PistonCase& piston, const Grid& grid) {
   (piston.face % 2 == 0 ? low : high)[a] += piston.face % 2 == 0 ? -length : length;
   BodySurface s;
   for (int corner = 0; corner < 8; ++corner) {
-    for (std::size_t d = 0; d < 3; ++d) s.vertices.push_back(((corner >> d) & 1) != 0 ? high[d] : low[d]);
+    for (std::size_t d = 0; d < 3; ++d)
+      s.vertices.push_back(((corner >> d) & 1) != 0 ? high[d] : low[d]);
   }
   // Quadrilaterals of the box, counter-clockwise from outside, two triangles each.
   constexpr std::int32_t sides[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},

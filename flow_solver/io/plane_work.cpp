@@ -7,11 +7,11 @@
 namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
-// Work of what bodies bring, in round figures of that of a node of gas in a step (some 120 ns): a node in a body is passed
-// over by most kernels, one on a cut line goes through a transposed scratch; a wall end has four ghosts to
-// find, follow and interpolate in five passes. At a border the lines cut near it are summed one by one
-// (some thousand of them take less than a thousandth of a step), and the wall ends near it are looked after
-// by both ranks.
+// Work of what bodies bring, in round figures of that of a node of gas in a step (some 120 ns): a
+// node in a body is passed over by most kernels, one on a cut line goes through a transposed
+// scratch; a wall end has four ghosts to find, follow and interpolate in five passes. At a border
+// the lines cut near it are summed one by one (some thousand of them take less than a thousandth of
+// a step), and the wall ends near it are looked after by both ranks.
 constexpr double body_node_work = 0.3;
 constexpr double cut_node_work = 0.4;
 constexpr double wall_end_work = 10.0;
@@ -20,7 +20,9 @@ constexpr int cut_border_reach = 40;
 
 void add_work_of_lines(const Grid& grid, const CutLines& lines, std::size_t a, PlaneWork& work) {
   const std::size_t b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
-  const auto add = [](std::vector<double>& planes, int at, double value) { planes[static_cast<std::size_t>(at)] += value; };
+  const auto add = [](std::vector<double>& planes, int at, double value) {
+    planes[static_cast<std::size_t>(at)] += value;
+  };
   for (const Segment& s : lines.segments) {
     for (int i = s.begin; i < s.end; ++i) add(work.of_plane[a], i, cut_node_work);
     add(work.of_plane[b], s.b, cut_node_work * (s.end - s.begin));
@@ -39,7 +41,8 @@ void add_work_of_lines(const Grid& grid, const CutLines& lines, std::size_t a, P
       at[b] = s.b;
       at[c] = s.c;
       for (std::size_t d = 0; d < 3; ++d) {
-        for (int i = std::max(0, at[d] - n_ghost); i < std::min(grid.axis[d].n, at[d] + n_ghost); ++i)
+        for (int i = std::max(0, at[d] - n_ghost); i < std::min(grid.axis[d].n, at[d] + n_ghost);
+             ++i)
           add(work.of_border[d], i, wall_end_work);
       }
     }
@@ -55,12 +58,13 @@ PlaneWork work_of_planes(const Grid& grid, const ImmersedBoundary& bodies) {
     work.of_border[a] = work.of_plane[a];
   }
   const auto tags = bodies.tags();
-  for_nodes({{0, 0, 0}, {grid.axis[0].n, grid.axis[1].n, grid.axis[2].n}}, [&](int i, int j, int k) {
-    const double node = tags[place_of(grid, i, j, k)] == tag_fluid ? 1.0 : body_node_work;
-    work.of_plane[0][static_cast<std::size_t>(i)] += node;
-    work.of_plane[1][static_cast<std::size_t>(j)] += node;
-    work.of_plane[2][static_cast<std::size_t>(k)] += node;
-  });
+  for_nodes({{0, 0, 0}, {grid.axis[0].n, grid.axis[1].n, grid.axis[2].n}},
+            [&](int i, int j, int k) {
+              const double node = tags[place_of(grid, i, j, k)] == tag_fluid ? 1.0 : body_node_work;
+              work.of_plane[0][static_cast<std::size_t>(i)] += node;
+              work.of_plane[1][static_cast<std::size_t>(j)] += node;
+              work.of_plane[2][static_cast<std::size_t>(k)] += node;
+            });
   for (std::size_t a = 0; a < 3; ++a)
     if (grid.axis[a].present) add_work_of_lines(grid, bodies.lines(static_cast<int>(a)), a, work);
   return work;

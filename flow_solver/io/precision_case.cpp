@@ -1,13 +1,12 @@
 #include "flow_solver/io/precision_case.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <exception>
 #include <filesystem>
 #include <string_view>
-
-#include <fmt/format.h>
 
 #include "coupler/base/command_line.hpp"
 #include "coupler/base/errors.hpp"
@@ -23,15 +22,18 @@ std::filesystem::path other_program() {
 }  // namespace
 
 void read_precision(Section& numerics, Precision& precision) {
-  static constexpr std::pair<std::string_view, Precision> words[] = {{"double", Precision::double_precision},
-                                                                     {"single", Precision::single_precision}};
+  static constexpr std::pair<std::string_view, Precision> words[] = {
+      {"double", Precision::double_precision}, {"single", Precision::single_precision}};
   numerics.choice("precision", precision, words,
-                  {.help = "single: fields and kernels in 32 bits, for blast loads; tolerances are raised to 1e-6"});
+                  {.help = "single: fields and kernels in 32 bits, for blast loads; tolerances are "
+                           "raised to 1e-6"});
 }
 
 void become_asked_precision(int argc, char** argv) noexcept try {
   // Words that make the command line answer at once would be answered twice.
-  const auto asks = [](std::string_view word) { return word == "-h" || word == "--help" || word == "--version"; };
+  const auto asks = [](std::string_view word) {
+    return word == "-h" || word == "--help" || word == "--version";
+  };
   if (std::any_of(argv + 1, argv + argc, asks)) return;
   const auto line = parse_command_line(argc, argv, "flow_solver", "");
   if (!line || line->list_keys) return;
@@ -47,8 +49,10 @@ void become_asked_precision(int argc, char** argv) noexcept try {
 
 void require_own_precision(Precision asked) {
   if (asked == own_precision) return;
-  throw CaseError(fmt::format("flow.numerics.precision: the program {} cannot be started; build it, or take "
-                              "precision = \"{}\"", other_program().string(), precision_name));
+  throw CaseError(
+      fmt::format("flow.numerics.precision: the program {} cannot be started; build it, or take "
+                  "precision = \"{}\"",
+                  other_program().string(), precision_name));
 }
 
 }  // namespace ocublast::flow

@@ -1,8 +1,8 @@
 #include "flow_solver/io/probes.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/io/csv_table.hpp"
@@ -29,8 +29,9 @@ Probes::Probes(const Grid& grid, const Gas& gas, std::vector<Probe> probes, doub
     for (std::size_t a = 0; a < 3; ++a) {
       const Axis& axis = grid.axis[a];
       if (axis.present && (probe.position[a] < axis.min || probe.position[a] > axis.max))
-        throw CaseError(fmt::format("flow.probe '{}': {} = {} m is outside the grid, accepted [{}, {}]",
-                                    probe.name, "xyz"[a], probe.position[a], axis.min, axis.max));
+        throw CaseError(
+            fmt::format("flow.probe '{}': {} = {} m is outside the grid, accepted [{}, {}]",
+                        probe.name, "xyz"[a], probe.position[a], axis.min, axis.max));
       at[a] = bracket(axis, probe.position[a]);
     }
     std::array<Corner, 8> corners;

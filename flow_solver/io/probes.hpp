@@ -41,10 +41,10 @@ class Probes {
 
   /// Starts the CSV file, or continues it after its line of time `resume_time`.
   void open(const std::filesystem::path& csv, double resume_time = -1.0);
-  /// Samples W (tags [n_k, n_j, n_i], 0 = fluid; empty: all fluid) at time t. Under ranks W holds the nodes
-  /// in `own`, and every rank gets all probes' values. Collective.
-  void sample(const Ranks& ranks, const NodeBox& own, FieldsView<const Real> W, std::span<const std::uint8_t> tags,
-              double t);
+  /// Samples W (tags [n_k, n_j, n_i], 0 = fluid; empty: all fluid) at time t. Under ranks W holds
+  /// the nodes in `own`, and every rank gets all probes' values. Collective.
+  void sample(const Ranks& ranks, const NodeBox& own, FieldsView<const Real> W,
+              std::span<const std::uint8_t> tags, double t);
   void flush() { file_.flush(); }
 
   [[nodiscard]] const std::vector<Probe>& probes() const { return probes_; }

@@ -1,12 +1,12 @@
 #include "flow_solver/io/run.hpp"
 
+#include <fmt/format.h>
+#include <omp.h>
+
 #include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-
-#include <fmt/format.h>
-#include <omp.h>
 
 #include "coupler/base/errors.hpp"
 #include "coupler/base/hdf5_file.hpp"
@@ -20,7 +20,9 @@ namespace {
 
 /// Set by SIGINT and SIGTERM of a run without a coupler: the only state a signal handler may touch.
 volatile std::sig_atomic_t stop_asked = 0;
-void ask_to_stop(int) { stop_asked = 1; }
+void ask_to_stop(int) {
+  stop_asked = 1;
+}
 
 WallTransport wall_transport(const FlowOptions& options) {
   if (options.viscosity == Viscosity::none) return {};
@@ -32,7 +34,8 @@ WallTransport wall_transport(const FlowOptions& options) {
 }
 
 /// The flow's options; under ranks with the work that the bodies make of the grid.
-FlowOptions options_on_ranks(const Ranks& ranks, const FlowCase& flow_case, std::span<const link::InterfaceMesh> coupled) {
+FlowOptions options_on_ranks(const Ranks& ranks, const FlowCase& flow_case,
+                             std::span<const link::InterfaceMesh> coupled) {
   FlowOptions options = flow_case.options;
   if (ranks.alone() || flow_case.bodies.empty()) return options;
   const Grid grid = make_grid(flow_case.axes, flow_case.geometry);
@@ -44,14 +47,16 @@ FlowOptions options_on_ranks(const Ranks& ranks, const FlowCase& flow_case, std:
 
 }  // namespace
 
-FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
+FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line,
+                 std::shared_ptr<spdlog::logger> log,
                  std::span<const link::InterfaceMesh> coupled_surfaces)
     : ranks_(&ranks),
       case_(std::move(flow_case)),
       out_(line.out),
       log_(std::move(log)),
       quiet_(line.quiet || !ranks.root()),
-      flow_(make_grid(case_.axes, case_.geometry), case_.boundaries, options_on_ranks(ranks, case_, coupled_surfaces), &ranks),
+      flow_(make_grid(case_.axes, case_.geometry), case_.boundaries,
+            options_on_ranks(ranks, case_, coupled_surfaces), &ranks),
       probes_(flow_.grid(), case_.options.gas, case_.probes, case_.common.ambient_pressure),
       fields_(flow_.grid(), case_.options.gas,
               {.directory = line.out, .ambient_pressure = case_.common.ambient_pressure}, writer_),
@@ -60,15 +65,16 @@ FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line
   auto surfaces = make_bodies(case_, coupled_surfaces);
   if (!surfaces.empty()) {
     case_.immersed.transport = wall_transport(case_.options);
-    bodies_ = std::make_unique<ImmersedBoundary>(flow_.grid(), case_.options.gas, std::move(surfaces),
-                                                 case_.immersed);
+    bodies_ = std::make_unique<ImmersedBoundary>(flow_.grid(), case_.options.gas,
+                                                 std::move(surfaces), case_.immersed);
     bodies_->share(ranks, flow_.owned_by_rank());
     find_coupled_bodies();
   }
   place_surface_probes();
   double resume_time = -1.0;
   if (!line.resume.empty()) {
-    clock_ = read_checkpoint(link::require_checkpoint(line.resume).directory, flow_, bodies_.get(), probes_);
+    clock_ = read_checkpoint(link::require_checkpoint(line.resume).directory, flow_, bodies_.get(),
+                             probes_);
     flow_.set_time(clock_.time);
     resume_time = clock_.time;
     fields_.restore(clock_.field_times);
@@ -102,18 +108,23 @@ FlowRun::FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line
   }
   setup_seconds_ = omp_get_wtime() - wall_start_;
   const auto blocks = flow_.rank_blocks();
-  log_->info("{} nodes, {} in the gas, {} precision, kernels {}, {} x {} x {} ranks of {} threads, set-up {:.2f} s",
-             flow_.grid().n_cells(), fluid_nodes_, precision_name, flow_.instruction_set(), blocks[0], blocks[1], blocks[2],
-             case_.options.threads, setup_seconds_);
+  log_->info(
+      "{} nodes, {} in the gas, {} precision, kernels {}, {} x {} x {} ranks of {} threads, set-up "
+      "{:.2f} s",
+      flow_.grid().n_cells(), fluid_nodes_, precision_name, flow_.instruction_set(), blocks[0],
+      blocks[1], blocks[2], case_.options.threads, setup_seconds_);
   if (is_single)
-    log_->info("single precision: fields are rounded to 6e-8 of their value; skip_tolerance {:g}, quiet_overpressure {:g}",
-               case_.options.active_tolerance, case_.quiet_overpressure);
+    log_->info(
+        "single precision: fields are rounded to 6e-8 of their value; skip_tolerance {:g}, "
+        "quiet_overpressure {:g}",
+        case_.options.active_tolerance, case_.quiet_overpressure);
 }
 
 void FlowRun::find_coupled_bodies() {
   for (std::size_t k = 0; k < case_.solids.size(); ++k)
     for (std::size_t b = 0; b < case_.bodies.size(); ++b)
-      if (case_.bodies[b].motion == BodyMotion::coupled && solid_number(case_, case_.bodies[b]) == k) {
+      if (case_.bodies[b].motion == BodyMotion::coupled &&
+          solid_number(case_, case_.bodies[b]) == k) {
         const std::size_t count = bodies_->position(b).size() / 3;
         coupled_bodies_.push_back({.body = b, .first = overpressure_.size(), .count = count});
         overpressure_.resize(overpressure_.size() + count, 0.0);
@@ -124,11 +135,13 @@ void FlowRun::find_coupled_bodies() {
 /// Bursts and charges at the start; after a resume only the waves that still come in from outside.
 void FlowRun::start_gas(bool resumed) {
   std::vector<Body> bodies;
-  for (std::size_t b = 0; bodies_ && b < bodies_->n_bodies(); ++b) bodies.push_back(bodies_->body(b));
+  for (std::size_t b = 0; bodies_ && b < bodies_->n_bodies(); ++b)
+    bodies.push_back(bodies_->body(b));
   const ChargeStart charges = start_charges(case_, flow_.grid(), bodies);
   if (!resumed) {
     start_quantities_ = apply_initial_state(case_, charges, flow_);
-    for (const StartQuantity& q : start_quantities_) log_->info("{} {:.9g} {}", q.name, q.value, q.unit);
+    for (const StartQuantity& q : start_quantities_)
+      log_->info("{} {:.9g} {}", q.name, q.value, q.unit);
   }
   incident_ = charges.incident;
   if (!incident_) return;
@@ -145,7 +158,8 @@ void FlowRun::place_surface_probes() {
     for (std::size_t v = 0; v < vertices.size() / 3; ++v) {
       double distance = 0.0;
       for (std::size_t a = 0; a < 3; ++a)
-        distance += (vertices[3 * v + a] - probe.position[a]) * (vertices[3 * v + a] - probe.position[a]);
+        distance +=
+            (vertices[3 * v + a] - probe.position[a]) * (vertices[3 * v + a] - probe.position[a]);
       if (distance < nearest) {
         nearest = distance;
         place.vertex = v;
@@ -182,7 +196,8 @@ void FlowRun::read_loads() {
   readings_.resize(bodies_->n_bodies());
   loads_.resize(bodies_->n_bodies());
   for (std::size_t b = 0; b < loads_.size(); ++b) {
-    readings_[b] = bodies_->read_wall(std::as_const(flow_).primitives(), b, case_.common.ambient_pressure);
+    readings_[b] =
+        bodies_->read_wall(std::as_const(flow_).primitives(), b, case_.common.ambient_pressure);
     loads_[b] = bodies_->load(b, readings_[b]);
   }
 }
@@ -289,24 +304,31 @@ void FlowRun::open_globals(double resume_time) {
       "min_pressure_Pa";
   if (!case_.bodies.empty()) header += ",gas_mass_to_walls_kg,leaked_mass_kg";
   for (const auto& body : case_.bodies) {
-    header += fmt::format(",{0}_force_x_N,{0}_force_y_N,{0}_force_z_N,{0}_moment_x_N_m,{0}_moment_y_N_m,"
-                          "{0}_moment_z_N_m,{0}_impulse_x_N_s,{0}_impulse_y_N_s,{0}_impulse_z_N_s,{0}_power_W,"
-                          "{0}_exposed_area_m2", body.name);
+    header += fmt::format(
+        ",{0}_force_x_N,{0}_force_y_N,{0}_force_z_N,{0}_moment_x_N_m,{0}_moment_y_N_m,"
+        "{0}_moment_z_N_m,{0}_impulse_x_N_s,{0}_impulse_y_N_s,{0}_impulse_z_N_s,{0}_power_W,"
+        "{0}_exposed_area_m2",
+        body.name);
     if (body.slip == WallSlip::no_slip)
-      header += fmt::format(",{0}_shear_force_x_N,{0}_shear_force_y_N,{0}_shear_force_z_N,{0}_heat_W", body.name);
+      header += fmt::format(
+          ",{0}_shear_force_x_N,{0}_shear_force_y_N,{0}_shear_force_z_N,{0}_heat_W", body.name);
     if (body.motion == BodyMotion::free)
-      header += fmt::format(",{0}_x_m,{0}_y_m,{0}_z_m,{0}_u_m_s,{0}_v_m_s,{0}_w_m_s,{0}_omega_x_rad_s,"
-                            "{0}_omega_y_rad_s,{0}_omega_z_rad_s", body.name);
+      header += fmt::format(
+          ",{0}_x_m,{0}_y_m,{0}_z_m,{0}_u_m_s,{0}_v_m_s,{0}_w_m_s,{0}_omega_x_rad_s,"
+          "{0}_omega_y_rad_s,{0}_omega_z_rad_s",
+          body.name);
   }
-  for (const auto& probe : case_.surface_probes) header += fmt::format(",{}_overpressure_Pa", probe.name);
+  for (const auto& probe : case_.surface_probes)
+    header += fmt::format(",{}_overpressure_Pa", probe.name);
   globals_ = open_csv_table(out_ / "globals.csv", header, resume_time);
 }
 
 void FlowRun::write_globals(const StepReport& r) {
   if (!globals_.is_open()) return;
-  globals_ << fmt::format("{:.17g},{},{:.9g},{:.15g},{:.15g},{:.5g},{},{},{:.9g},{:.9g}", clock_.time,
-                          clock_.step, r.dt, totals_.mass, totals_.energy, r.active_share, r.marked_nodes,
-                          r.redone, r.largest_pressure, r.smallest_pressure);
+  globals_ << fmt::format("{:.17g},{},{:.9g},{:.15g},{:.15g},{:.5g},{},{},{:.9g},{:.9g}",
+                          clock_.time, clock_.step, r.dt, totals_.mass, totals_.energy,
+                          r.active_share, r.marked_nodes, r.redone, r.largest_pressure,
+                          r.smallest_pressure);
   const auto put = [&](const auto& values) {
     for (const double x : values) globals_ << fmt::format(",{:.9g}", x);
   };
@@ -345,9 +367,11 @@ void FlowRun::show_progress(bool last) {
   if (!last && now - progress_shown_ < 1.0) return;
   progress_shown_ = now;
   const double share = clock_.time / case_.common.end_time;
-  std::fprintf(stdout, "%s\n", fmt::format("t {:.4g} of {:.4g} s  step {}  {:.0f} %  ETA {:.0f} s  {}",
-                                           clock_.time, case_.common.end_time, clock_.step, 100.0 * share,
-                                           share > 0.0 ? now * (1.0 / share - 1.0) : 0.0, status()).c_str());
+  std::fprintf(stdout, "%s\n",
+               fmt::format("t {:.4g} of {:.4g} s  step {}  {:.0f} %  ETA {:.0f} s  {}", clock_.time,
+                           case_.common.end_time, clock_.step, 100.0 * share,
+                           share > 0.0 ? now * (1.0 / share - 1.0) : 0.0, status())
+                   .c_str());
   std::fflush(stdout);
 }
 
@@ -381,19 +405,22 @@ bool FlowRun::run_alone() {
   const double end = case_.common.end_time;
   bool stopped = false;
   while (clock_.time < end) {
-    stopped = ranks_->any_of_all(stop_asked != 0);  // the signal may reach them between different steps
+    stopped =
+        ranks_->any_of_all(stop_asked != 0);  // the signal may reach them between different steps
     if (stopped) break;
     const double dt = stable_step();
     const double remaining = end - clock_.time;
     // The last two steps share what is left, so that the run ends exactly and without a sliver.
-    const double next = remaining <= dt ? end : clock_.time + (remaining < 2.0 * dt ? 0.5 * remaining : dt);
+    const double next =
+        remaining <= dt ? end : clock_.time + (remaining < 2.0 * dt ? 0.5 * remaining : dt);
     step_to(next);
     show_progress(false);
   }
   if (stopped) {
     if (out_.empty()) return false;
     save(link::checkpoint_directory(out_, static_cast<std::uint64_t>(clock_.step)));
-    log_->warn("stopped by a signal at t = {:.6g} s; continue with --resume {}", clock_.time, out_.string());
+    log_->warn("stopped by a signal at t = {:.6g} s; continue with --resume {}", clock_.time,
+               out_.string());
     return false;
   }
   write_outputs(true);

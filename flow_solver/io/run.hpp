@@ -1,13 +1,13 @@
 #pragma once
 
+#include <spdlog/spdlog.h>
+
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <spdlog/spdlog.h>
 
 #include "coupler/base/command_line.hpp"
 #include "coupler/link/participant.hpp"
@@ -28,22 +28,25 @@ struct StartQuantity {
   std::string unit;
 };
 
-/// Builds the state of the gas at the start: uniform or Riemann, then the bursts, then the charges inside
-/// the grid. Returns what came with them.
-std::vector<StartQuantity> apply_initial_state(const FlowCase& flow_case, const ChargeStart& charges, Flow& flow);
+/// Builds the state of the gas at the start: uniform or Riemann, then the bursts, then the charges
+/// inside the grid. Returns what came with them.
+std::vector<StartQuantity> apply_initial_state(const FlowCase& flow_case,
+                                               const ChargeStart& charges, Flow& flow);
 
 /// One run of the flow solver: set-up, steps, output. Alone or as a participant.
 class FlowRun {
  public:
   /// `coupled_surfaces`: the wet surfaces that the solids sent, one for each coupled body.
   /// `ranks` outlives the run; all of them make it and run it together, the root alone writes.
-  FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line, std::shared_ptr<spdlog::logger> log,
+  FlowRun(const Ranks& ranks, FlowCase flow_case, const CommandLine& line,
+          std::shared_ptr<spdlog::logger> log,
           std::span<const link::InterfaceMesh> coupled_surfaces);
 
-  /// Runs to the end of time; a signal ends it early with a checkpoint. Whether the end was reached.
+  /// Runs to the end of time; a signal ends it early with a checkpoint. Whether the end was
+  /// reached.
   [[nodiscard]] bool run_alone();
-  /// Serves a coupler until it says finish. The root's rank knows it; elsewhere null. `forces_taken`: all
-  /// solids take forces at the vertices that they sent.
+  /// Serves a coupler until it says finish. The root's rank knows it; elsewhere null.
+  /// `forces_taken`: all solids take forces at the vertices that they sent.
   void run_coupled(link::Participant* coupler, bool forces_taken);
 
  private:
@@ -97,9 +100,9 @@ class FlowRun {
     std::size_t first = 0, count = 0;
   };
   std::vector<CoupledBody> coupled_bodies_;  ///< in the order of FlowCase::solids
-  std::vector<double> overpressure_;       ///< Pa, at the vertices of the coupled bodies
+  std::vector<double> overpressure_;         ///< Pa, at the vertices of the coupled bodies
   void find_coupled_bodies();
-  std::vector<double> force_;              ///< N, [n, 3] at the same vertices, where forces are sent
+  std::vector<double> force_;  ///< N, [n, 3] at the same vertices, where forces are sent
   void move_coupled_bodies(const link::Order& order);
   [[nodiscard]] link::Order await_order(link::Participant* coupler);
   std::vector<double> ordered_position_, ordered_velocity_;  ///< of an order from another rank
@@ -111,20 +114,20 @@ class FlowRun {
     std::size_t vertex = 0;
   };
   std::vector<SurfacePlace> surface_places_;
-  std::vector<double> surface_times_;      ///< s
-  std::vector<double> surface_history_;    ///< Pa, [n_times, n_probes]
+  std::vector<double> surface_times_;    ///< s
+  std::vector<double> surface_history_;  ///< Pa, [n_times, n_probes]
 
   // Running sums and maxima; kept in clock_.sums across a resume.
   struct Sums {
     /// Of a coupled body.
     struct Wall {
-      double peak = 0.0;       ///< Pa, largest overpressure
-      double peak_time = 0.0;  ///< s
-      double power = 0.0;      ///< W, at the end of the last window
+      double peak = 0.0;              ///< Pa, largest overpressure
+      double peak_time = 0.0;         ///< s
+      double power = 0.0;             ///< W, at the end of the last window
       std::array<double, 3> force{};  ///< N, then
     };
     std::vector<Wall> walls;
-    double cells = 0.0;             ///< node updates computed
+    double cells = 0.0;  ///< node updates computed
     double redone = 0.0;
     double marked = 0.0;
     double floored = 0.0;
@@ -145,7 +148,7 @@ class FlowRun {
     std::int64_t step = 0, window = 0;
     Sums sums;
   } kept_;
-  bool iterating_ = false;    ///< output waits until the window counts
+  bool iterating_ = false;  ///< output waits until the window counts
   bool output_waits_ = false;
   double compute_seconds_ = 0.0;
   double output_seconds_ = 0.0;

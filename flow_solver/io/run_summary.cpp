@@ -1,5 +1,4 @@
 #include <array>
-
 #include <nlohmann/json.hpp>
 
 #include "coupler/base/hdf5_file.hpp"
@@ -21,13 +20,15 @@ void FlowRun::keep_sums() {
   const auto& s = sums_;
   clock_.sums = {s.cells, s.redone, s.marked, s.floored, s.active_sum};
   for (const auto& w : s.walls)
-    clock_.sums.insert(clock_.sums.end(), {w.peak, w.peak_time, w.power, w.force[0], w.force[1], w.force[2]});
+    clock_.sums.insert(clock_.sums.end(),
+                       {w.peak, w.peak_time, w.power, w.force[0], w.force[1], w.force[2]});
 }
 
 void FlowRun::restore_sums() {
   auto& s = sums_;
   std::size_t i = 0;
-  for (double* value : {&s.cells, &s.redone, &s.marked, &s.floored, &s.active_sum}) *value = clock_.sums.at(i++);
+  for (double* value : {&s.cells, &s.redone, &s.marked, &s.floored, &s.active_sum})
+    *value = clock_.sums.at(i++);
   for (auto& w : s.walls)
     for (double* value : {&w.peak, &w.peak_time, &w.power, &w.force[0], &w.force[1], &w.force[2]})
       *value = clock_.sums.at(i++);
@@ -39,7 +40,8 @@ void FlowRun::write_summary() {
   const std::uint64_t fallbacks = bodies_ ? bodies_->n_fallbacks() : 0;
   if (!ranks_->root()) return;
   Json quantities = Json::array();
-  for (const StartQuantity& q : start_quantities_) quantities.push_back(quantity(q.name, q.value, q.unit));
+  for (const StartQuantity& q : start_quantities_)
+    quantities.push_back(quantity(q.name, q.value, q.unit));
   const auto add_wave = [&](const std::string& name, const ProbeResult& result) {
     quantities.push_back(quantity(name + "_peak_overpressure", result.peak, "Pa"));
     if (result.arrival < 0.0) return;
@@ -70,16 +72,20 @@ void FlowRun::write_summary() {
   }
   if (balance_) {
     quantities.push_back(quantity("gas_leaked_through_walls", balance_->leaked_mass(), "kg"));
-    quantities.push_back(quantity("gas_leaked_through_walls_largest", balance_->largest_leak(), "kg"));
+    quantities.push_back(
+        quantity("gas_leaked_through_walls_largest", balance_->largest_leak(), "kg"));
     for (std::size_t b = 0; b < case_.bodies.size(); ++b)
       for (std::size_t a = 0; a < 3; ++a)
-        quantities.push_back(quantity(case_.bodies[b].name + "_impulse_" + "xyz"[a], balance_->impulse(b)[a], "N s"));
+        quantities.push_back(quantity(case_.bodies[b].name + "_impulse_" + "xyz"[a],
+                                      balance_ -> impulse(b)[a], "N s"));
   }
   for (std::size_t k = 0; k < coupled_bodies_.size(); ++k) {
     const auto& name = case_.bodies[coupled_bodies_[k].body].name;
     quantities.push_back(quantity(name + "_peak_wall_overpressure", sums_.walls[k].peak, "Pa"));
-    quantities.push_back(quantity(name + "_peak_wall_overpressure_time", sums_.walls[k].peak_time, "s"));
-    quantities.push_back(quantity(name + "_exposed_area", loads_[coupled_bodies_[k].body].exposed_area, "m^2"));
+    quantities.push_back(
+        quantity(name + "_peak_wall_overpressure_time", sums_.walls[k].peak_time, "s"));
+    quantities.push_back(
+        quantity(name + "_exposed_area", loads_[coupled_bodies_[k].body].exposed_area, "m^2"));
   }
   const double steps = static_cast<double>(std::max<std::int64_t>(clock_.step, 1));
   Json performance = {

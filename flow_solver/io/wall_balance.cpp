@@ -10,13 +10,18 @@ namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
 bool is_open(BoundaryKind kind) {
-  return kind != BoundaryKind::symmetry && kind != BoundaryKind::wall && kind != BoundaryKind::periodic;
+  return kind != BoundaryKind::symmetry && kind != BoundaryKind::wall &&
+         kind != BoundaryKind::periodic;
 }
 
 }  // namespace
 
 WallBalance::WallBalance(const Ranks& ranks, const Flow& flow, const ImmersedBoundary& bodies)
-    : ranks_(ranks), flow_(flow), bodies_(bodies), impulse_(bodies.n_bodies()), force_(bodies.n_bodies()) {
+    : ranks_(ranks),
+      flow_(flow),
+      bodies_(bodies),
+      impulse_(bodies.n_bodies()),
+      force_(bodies.n_bodies()) {
   for (std::size_t b = 0; b < bodies.n_bodies(); ++b) {
     const auto& x = bodies.body(b).surface.vertices;
     double depth = 1.0;
@@ -39,8 +44,10 @@ double WallBalance::volume_rate(std::span<const BodyLoad> loads) const {
   return rate;
 }
 
-/// Mass through one line of an open face across axis a per second, positive inward; b varies along it.
-double WallBalance::inflow_through(std::size_t a, int side, std::size_t b, std::array<int, 3> at) const {
+/// Mass through one line of an open face across axis a per second, positive inward; b varies along
+/// it.
+double WallBalance::inflow_through(std::size_t a, int side, std::size_t b,
+                                   std::array<int, 3> at) const {
   const Grid& grid = flow_.grid();
   const FieldsView<const Real> W = flow_.primitives();
   const NodeBox own = flow_.owned();
@@ -51,9 +58,11 @@ double WallBalance::inflow_through(std::size_t a, int side, std::size_t b, std::
     if (bodies_.tags()[place_of(grid, at[0], at[1], at[2])] != tag_fluid) continue;
     const auto flux = [&](int i) {
       at[a] = i;
-      return W(prim_rho, at[0], at[1], at[2]) * W(static_cast<int>(prim_u + a), at[0], at[1], at[2]);
+      return W(prim_rho, at[0], at[1], at[2]) *
+             W(static_cast<int>(prim_u + a), at[0], at[1], at[2]);
     };
-    const double face = (7.0 * (flux(last) + flux(last + out)) - flux(last - out) - flux(last + 2 * out)) / 12.0;
+    const double face =
+        (7.0 * (flux(last) + flux(last + out)) - flux(last - out) - flux(last + 2 * out)) / 12.0;
     sum -= out * face * grid.axis[b].h(at[b]);
   }
   return sum;
@@ -75,7 +84,8 @@ double WallBalance::inflow() const {
       for (int m = own.lo[c]; m < own.hi[c]; ++m) {
         std::array<int, 3> at{};
         at[c] = m;
-        line[static_cast<std::size_t>(m - own.lo[c])] = grid.axis[c].h(m) * inflow_through(a, side, b, at);
+        line[static_cast<std::size_t>(m - own.lo[c])] =
+            grid.axis[c].h(m) * inflow_through(a, side, b, at);
       }
       for (const double part : line) sum += part;  // in order: the same with any number of threads
     }
@@ -114,10 +124,13 @@ void WallBalance::add(double dt, const Totals& totals, std::span<const BodyLoad>
   }
 }
 
-double WallBalance::leaked_mass() const { return mass_ - first_mass_ - brought_; }
+double WallBalance::leaked_mass() const {
+  return mass_ - first_mass_ - brought_;
+}
 
 std::vector<double> WallBalance::save() const {
-  std::vector<double> saved = {volume_, volume_rate_, mass_, first_mass_, inflow_, brought_, largest_leak_};
+  std::vector<double> saved = {volume_, volume_rate_, mass_,        first_mass_,
+                               inflow_, brought_,     largest_leak_};
   for (std::size_t b = 0; b < impulse_.size(); ++b) {
     saved.insert(saved.end(), impulse_[b].begin(), impulse_[b].end());
     saved.insert(saved.end(), force_[b].begin(), force_[b].end());
@@ -129,7 +142,8 @@ void WallBalance::restore(std::span<const double>& saved) {
   const std::size_t size = 7 + 6 * impulse_.size();
   if (saved.size() < size) throw CaseError("checkpoint: the bodies do not fit this case");
   std::size_t i = 0;
-  for (double* x : {&volume_, &volume_rate_, &mass_, &first_mass_, &inflow_, &brought_, &largest_leak_})
+  for (double* x :
+       {&volume_, &volume_rate_, &mass_, &first_mass_, &inflow_, &brought_, &largest_leak_})
     *x = saved[i++];
   for (std::size_t b = 0; b < impulse_.size(); ++b) {
     for (double& x : impulse_[b]) x = saved[i++];

@@ -11,8 +11,8 @@ namespace ocublast::flow::inline OCU_PRECISION {
 
 /// What the walls did over a run: impulse on each body, and the mass that leaked through them. The
 /// mass of the gas is its mean density, cells at walls cut to the walls, times its volume, which
-/// changes by what moving walls take; what neither that nor the flow through open faces of the domain
-/// explains has leaked.
+/// changes by what moving walls take; what neither that nor the flow through open faces of the
+/// domain explains has leaked.
 class WallBalance {
  public:
   /// `ranks` share the flow and outlive this; `start` and `add` are collective.
@@ -22,10 +22,12 @@ class WallBalance {
   void start(const Totals& totals, std::span<const BodyLoad> loads);
   void add(double dt, const Totals& totals, std::span<const BodyLoad> loads);
 
-  [[nodiscard]] double gas_mass() const { return mass_; }               ///< kg
-  [[nodiscard]] double leaked_mass() const;                             ///< kg, into the gas
-  [[nodiscard]] const std::array<double, 3>& impulse(std::size_t b) const { return impulse_[b]; }  ///< N s
-  [[nodiscard]] double largest_leak() const { return largest_leak_; }   ///< kg
+  [[nodiscard]] double gas_mass() const { return mass_; }  ///< kg
+  [[nodiscard]] double leaked_mass() const;                ///< kg, into the gas
+  [[nodiscard]] const std::array<double, 3>& impulse(std::size_t b) const {
+    return impulse_[b];
+  }                                                                    ///< N s
+  [[nodiscard]] double largest_leak() const { return largest_leak_; }  ///< kg
 
   [[nodiscard]] std::vector<double> save() const;
   /// Takes what `save` gave from the front of `saved`.
@@ -34,7 +36,8 @@ class WallBalance {
  private:
   void measure(const Totals& totals);
   [[nodiscard]] double inflow() const;
-  [[nodiscard]] double inflow_through(std::size_t a, int side, std::size_t b, std::array<int, 3> at) const;
+  [[nodiscard]] double inflow_through(std::size_t a, int side, std::size_t b,
+                                      std::array<int, 3> at) const;
   [[nodiscard]] double volume_rate(std::span<const BodyLoad> loads) const;
 
   const Ranks& ranks_;

@@ -20,7 +20,9 @@ constexpr std::ptrdiff_t margin = 8 * tile_width;
 }  // namespace
 
 FieldMemory::FieldMemory(const Grid& grid, int n_fields, bool ghost_rows) {
-  const auto ghosts = [&](int a) { return ghost_rows ? grid.axis[static_cast<std::size_t>(a)].ghosts() : 0; };
+  const auto ghosts = [&](int a) {
+    return ghost_rows ? grid.axis[static_cast<std::size_t>(a)].ghosts() : 0;
+  };
   const std::ptrdiff_t row =
       row_front + (grid.axis[0].n + n_ghost + tile_width - 1) / tile_width * tile_width;
   block_.sf = row;
@@ -31,7 +33,9 @@ FieldMemory::FieldMemory(const Grid& grid, int n_fields, bool ghost_rows) {
   block_.data = memory_ + margin + row_front + ghosts(1) * block_.sj + ghosts(2) * block_.sk;
 }
 
-FieldMemory::FieldMemory(std::size_t count) { allocate(count); }
+FieldMemory::FieldMemory(std::size_t count) {
+  allocate(count);
+}
 
 void FieldMemory::allocate(std::size_t count) {
   const std::size_t bytes = (count * sizeof(Real) + huge_page - 1) / huge_page * huge_page;
@@ -43,7 +47,9 @@ void FieldMemory::allocate(std::size_t count) {
   size_ = count;
 }
 
-FieldMemory::~FieldMemory() { std::free(memory_); }
+FieldMemory::~FieldMemory() {
+  std::free(memory_);
+}
 
 FieldMemory::FieldMemory(FieldMemory&& other) noexcept
     : memory_(std::exchange(other.memory_, nullptr)),

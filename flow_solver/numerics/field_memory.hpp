@@ -14,8 +14,8 @@ class FieldMemory {
   FieldMemory() = default;
   /// Room for n_fields on the grid; ghost rows and planes in y and z only where asked.
   FieldMemory(const Grid& grid, int n_fields, bool ghost_rows);
-  /// Plain room for so many values: a thread's scratch. Vectors that straddle cache lines would cost
-  /// twice, which a std::vector does not prevent.
+  /// Plain room for so many values: a thread's scratch. Vectors that straddle cache lines would
+  /// cost twice, which a std::vector does not prevent.
   explicit FieldMemory(std::size_t count);
   ~FieldMemory();
   FieldMemory(FieldMemory&& other) noexcept;

@@ -1,9 +1,9 @@
 #pragma once
 
-// Cut segments of neighbouring lines (eight columns of a tile along y or z, eight rows along x), all of
-// whose ends have ghosts: nodes come and results go as whole vectors or blocks of rows, and only the rows
-// of the system near the ends of the lanes differ between them. Lanes start and end where they want
-// within the batch's common range.
+// Cut segments of neighbouring lines (eight columns of a tile along y or z, eight rows along x),
+// all of whose ends have ghosts: nodes come and results go as whole vectors or blocks of rows, and
+// only the rows of the system near the ends of the lanes differ between them. Lanes start and end
+// where they want within the batch's common range.
 
 #include "flow_solver/numerics/kernel_sweep.hpp"
 
@@ -23,16 +23,18 @@ struct ZoneCoef {
   const Real* inverse_spacing;
   const Real* inverse_jacobian;
   OCU_INLINE Vec row(int j, int c) const {
-    return load(rows + (static_cast<Index>(j - begin) * flux_class_size + c % flux_class_size) * tile_width);
+    return load(rows + (static_cast<Index>(j - begin) * flux_class_size + c % flux_class_size) *
+                           tile_width);
   }
   OCU_INLINE Vec inverse_dx(int j) const { return splat(inverse_spacing[j]); }
   OCU_INLINE Vec inverse_h(int i) const { return splat(inverse_jacobian[i]); }
 };
 
-/// The lanes of a batch by their place in the tile; begin and end count from the batch's first node.
+/// The lanes of a batch by their place in the tile; begin and end count from the batch's first
+/// node.
 struct AlignedLanes {
-  int i0;                ///< first line of the tile: x along y and z, y along x
-  int first, n;          ///< first node of the batch on its line, nodes
+  int i0;        ///< first line of the tile: x along y and z, y along x
+  int first, n;  ///< first node of the batch on its line, nodes
   unsigned used = 0;
   int begin[tile_width], end[tile_width];
   int wall_low[tile_width], wall_high[tile_width];
@@ -75,21 +77,25 @@ struct AlignedLanes {
 template <int D>
 OCU_INLINE Index aligned_place(const Block& b, const AlignedLanes& t, int across, int u) {
   static_assert(D > 0);
-  return D == 1 ? t.i0 + (t.first + u) * b.sj + across * b.sk : t.i0 + across * b.sj + (t.first + u) * b.sk;
+  return D == 1 ? t.i0 + (t.first + u) * b.sj + across * b.sk
+                : t.i0 + across * b.sj + (t.first + u) * b.sk;
 }
 
 /// Rows of the lanes of a batch of x-lines; rows that do not exist repeat the last one.
 template <class T>
-OCU_INLINE void rows_of_lanes(const Context& ctx, const Block& b, const AlignedLanes& t, int k, T* row[tile_width]) {
+OCU_INLINE void rows_of_lanes(const Context& ctx, const Block& b, const AlignedLanes& t, int k,
+                              T* row[tile_width]) {
   for (int l = 0; l < tile_width; ++l) {
     const int j = t.i0 + l < ctx.n[1] ? t.i0 + l : ctx.n[1] - 1;
     row[l] = b.data + j * b.sj + k * b.sk;
   }
 }
-OCU_INLINE int down_to(int i, int step) { return i >= 0 ? i / step * step : -((step - 1 - i) / step * step); }
+OCU_INLINE int down_to(int i, int step) {
+  return i >= 0 ? i / step * step : -((step - 1 - i) / step * step);
+}
 
-/// Four ghosts of lane l at each end among the loaded nodes; diffusivities of the lane's end nodes. What
-/// lies farther out is finite and meets rows of zeros.
+/// Four ghosts of lane l at each end among the loaded nodes; diffusivities of the lane's end nodes.
+/// What lies farther out is finite and meets rows of zeros.
 OCU_INLINE void patch_lane(const Real* wall_ghost, const AlignedLanes& t, int l, Real* nodes) {
   constexpr Index step = aligned_record * tile_width;
   const auto patch = [&](int u, int wall, int layer, int end_node) OCU_FORCE {
@@ -101,8 +107,10 @@ OCU_INLINE void patch_lane(const Real* wall_ghost, const AlignedLanes& t, int l,
     const Real* ghost = wall_ghost + (static_cast<Index>(wall) * 4 + layer) * 5;
     for (int f = 0; f < 5; ++f) to[f * tile_width] = ghost[f];
   };
-  for (int layer = 0; layer < 4; ++layer) patch(t.begin[l] - 1 - layer, t.wall_low[l], layer, t.begin[l]);
-  for (int layer = 0; layer < 4; ++layer) patch(t.end[l] + layer, t.wall_high[l], layer, t.end[l] - 1);
+  for (int layer = 0; layer < 4; ++layer)
+    patch(t.begin[l] - 1 - layer, t.wall_low[l], layer, t.begin[l]);
+  for (int layer = 0; layer < 4; ++layer)
+    patch(t.end[l] + layer, t.wall_high[l], layer, t.end[l] - 1);
 }
 
 template <int D>
@@ -137,12 +145,14 @@ OCU_INLINE void load_aligned(const Context& ctx, const AlignedLanes& t, int acro
   }
 }
 
-/// Rows of the faces [from, to) of every lane, of a system with so many weights per row: the common ones
-/// counted from the lane's start, and behind its last node those of its end. Zero outside a lane: its
-/// faces stay zero there.
+/// Rows of the faces [from, to) of every lane, of a system with so many weights per row: the common
+/// ones counted from the lane's start, and behind its last node those of its end. Zero outside a
+/// lane: its faces stay zero there.
 template <int Weights>
-OCU_INLINE void zone_rows(const Real* common, const EndRows& e, const AlignedLanes& t, int from, int to, Real* rows) {
-  constexpr int size = Weights + 3, common_size = n_classes * size, last = Weights + 1;  // the pivot is not needed
+OCU_INLINE void zone_rows(const Real* common, const EndRows& e, const AlignedLanes& t, int from,
+                          int to, Real* rows) {
+  constexpr int size = Weights + 3, common_size = n_classes * size,
+                last = Weights + 1;  // the pivot is not needed
   static const Real zeros[size + 4] = {};
   const Real* row[tile_width];
   const auto place = [&](int j) { return rows + static_cast<Index>(j - from) * size * tile_width; };
@@ -157,7 +167,9 @@ OCU_INLINE void zone_rows(const Real* common, const EndRows& e, const AlignedLan
     for (int j = begin; j < end; ++j) {
       for (int l = 0; l < tile_width; ++l) {
         const int own = j - t.begin[l];
-        row[l] = t.has(l) && own >= -3 && j <= t.end[l] ? common + static_cast<Index>(own) * common_size : zeros;
+        row[l] = t.has(l) && own >= -3 && j <= t.end[l]
+                     ? common + static_cast<Index>(own) * common_size
+                     : zeros;
       }
       put(j);
     }
@@ -190,8 +202,9 @@ OCU_INLINE void zone_rows(const Real* common, const EndRows& e, const AlignedLan
   }
 }
 
-/// Faces whose rows differ by lane: [-3, low_end) and [high_begin, n + 4); between them all lanes have the
-/// common rows of an elimination that has settled. Where the zones meet, the low one is all.
+/// Faces whose rows differ by lane: [-3, low_end) and [high_begin, n + 4); between them all lanes
+/// have the common rows of an elimination that has settled. Where the zones meet, the low one is
+/// all.
 struct Zones {
   int low_end, high_begin;
   OCU_INLINE Zones(const AlignedLanes& t, int settled)
@@ -208,7 +221,8 @@ OCU_INLINE bool any_marked(const Context& ctx, const AlignedLanes& t, int across
     if (!t.has(l)) continue;
     const int line = t.i0 + l, at = t.first + t.begin[l];
     const std::uint8_t* mark = ctx.mark + (D == 0 ? mark_at(ctx, at, line, across)
-                                                  : (D == 1 ? mark_at(ctx, line, at, across) : mark_at(ctx, line, across, at)));
+                                                  : (D == 1 ? mark_at(ctx, line, at, across)
+                                                            : mark_at(ctx, line, across, at)));
     const Index step = D == 0 ? 1 : (D == 1 ? mark_row(ctx) : mark_row(ctx) * ctx.mask_rows);
     for (int u = t.begin[l]; u < t.end[l]; ++u, mark += step) {
       if (*mark != 0) return true;
@@ -219,21 +233,25 @@ OCU_INLINE bool any_marked(const Context& ctx, const AlignedLanes& t, int across
 
 /// Scratch: faces, nodes (or the filter's pencil), rows of the zones, results of x-lines.
 OCU_INLINE Index aligned_doubles(const Context& ctx) {
-  return face_doubles(ctx) / (largest_face_record * tile_width) * tile_width * (node_record + filter_class_size) +
-         face_doubles(ctx) + (node_record + filter_class_size) * 32 * tile_width + tile_width * 5 * tile_width;
+  return face_doubles(ctx) / (largest_face_record * tile_width) * tile_width *
+             (node_record + filter_class_size) +
+         face_doubles(ctx) + (node_record + filter_class_size) * 32 * tile_width +
+         tile_width * 5 * tile_width;
 }
 
 /// Adds the divergence along x to the rows of X, tile by tile as the nodes come, descending.
 class XSink {
  public:
-  OCU_INLINE XSink(const Context& ctx, const AlignedLanes& t, int k, Real* block) : t_(t), sf_(ctx.X.sf), block_(block) {
+  OCU_INLINE XSink(const Context& ctx, const AlignedLanes& t, int k, Real* block)
+      : t_(t), sf_(ctx.X.sf), block_(block) {
     rows_of_lanes(ctx, ctx.X, t, k, row_);
   }
   OCU_INLINE void operator()(int u, const Vec div[5]) {
     const int i = t_.first + u, within = i % tile_width;
     if (u == t_.n - 1) clear();
     const unsigned lanes = t_.at(u);
-    for (int f = 0; f < 5; ++f) store(block_ + (within * 5 + f) * tile_width, select(lanes, div[f], splat(0.0)));
+    for (int f = 0; f < 5; ++f)
+      store(block_ + (within * 5 + f) * tile_width, select(lanes, div[f], splat(0.0)));
     if (within != 0 && u != 0) return;
     const int i0 = i - within;
     for (int f = 0; f < 5; ++f) {
@@ -255,12 +273,13 @@ class XSink {
   Real* row_[tile_width];
 };
 
-/// What is asked for while the batch is solved: along z the sums it adds to, which lie a plane apart where the
-/// machine sees no stream, and the nodes of the next batch.
+/// What is asked for while the batch is solved: along z the sums it adds to, which lie a plane
+/// apart where the machine sees no stream, and the nodes of the next batch.
 template <int D>
 class AlignedAhead {
  public:
-  OCU_INLINE AlignedAhead(const Context& ctx, const AlignedLanes& t, int across, const SegmentBatch* next) {
+  OCU_INLINE AlignedAhead(const Context& ctx, const AlignedLanes& t, int across,
+                          const SegmentBatch* next) {
     if constexpr (D > 0) {
       if (D == 2) sum_ = ctx.R.data + aligned_place<D>(ctx.R, t, across, 0);
       sum_field_ = ctx.R.sf;
@@ -283,8 +302,10 @@ class AlignedAhead {
   /// While nodes [begin, end) of this batch are taken.
   OCU_INLINE void prefetch(int begin, int end) const {
     for (int u = begin; u < end; ++u) {
-      if (sum_ != nullptr && u >= 0 && u < nodes_) prefetch_rows(sum_ + u * sum_step_, sum_field_, 5, 1);
-      if (next_ != nullptr && u < next_nodes_ + 4) prefetch_rows(next_ + u * step_, field_, aligned_record, 1);
+      if (sum_ != nullptr && u >= 0 && u < nodes_)
+        prefetch_rows(sum_ + u * sum_step_, sum_field_, 5, 1);
+      if (next_ != nullptr && u < next_nodes_ + 4)
+        prefetch_rows(next_ + u * step_, field_, aligned_record, 1);
     }
   }
 
@@ -294,8 +315,8 @@ class AlignedAhead {
   int nodes_ = 0, next_nodes_ = 0;
 };
 
-/// X (R along z) += divergence of the flux along the batch's segments. False: a node is marked, nothing was
-/// done. `next`: the batch that comes after, or null.
+/// X (R along z) += divergence of the flux along the batch's segments. False: a node is marked,
+/// nothing was done. `next`: the batch that comes after, or null.
 template <int D, bool Eight>
 [[gnu::noinline]] bool sweep_aligned(const Context& shared, Real* scratch, const SegmentBatch& s,
                                      const SegmentBatch* next) {
@@ -316,7 +337,8 @@ template <int D, bool Eight>
   Real* high_rows = rows + static_cast<Index>(zone.low_end + 3) * flux_class_size * tile_width;
   // The first row of the zone is an inner one; the elimination goes on from there.
   zone_rows<flux_weights>(common.flux, ctx.flux_end, t, zone.high_begin, t.n + 4, high_rows);
-  const ZoneCoef low{rows, -3, spacing, inverse_h}, high{high_rows, zone.high_begin, spacing, inverse_h};
+  const ZoneCoef low{rows, -3, spacing, inverse_h},
+      high{high_rows, zone.high_begin, spacing, inverse_h};
   const UniformCoef middle{common.flux, spacing, inverse_h};
   const bool has_high = zone.high_begin < t.n + 4;
 
@@ -341,13 +363,17 @@ template <int D, bool Eight>
   walk_to(zone.low_end, low);
   walk_to(zone.high_begin, middle);
   if (has_high) walk_to(t.n + 4, high);
-  if (has_high) end_forward<D>(forward, walk.last, walk.missing_high, high, buf);
-  else end_forward<D>(forward, walk.last, walk.missing_high, low, buf);
+  if (has_high)
+    end_forward<D>(forward, walk.last, walk.missing_high, high, buf);
+  else
+    end_forward<D>(forward, walk.last, walk.missing_high, low, buf);
 
   const auto solve_back = [&](auto& sink) {
     Backward back;
-    if (has_high) start_backward<D, no_viscosity>(back, t.n, t.n + 3, high, buf);
-    else start_backward<D, no_viscosity>(back, t.n, t.n + 3, low, buf);
+    if (has_high)
+      start_backward<D, no_viscosity>(back, t.n, t.n + 3, high, buf);
+    else
+      start_backward<D, no_viscosity>(back, t.n, t.n + 3, low, buf);
     int top = t.n - 1;
     const auto walk_back = [&](int face, const auto& coef) {
       const int stop = face > 0 ? face : 0;

@@ -1,9 +1,10 @@
 #pragma once
 
-// Lines that go on in another rank's block. The flux of a face is a row of the inverse of its line's
-// system times the right side, hence a weighted sum over the nodes of the line; the weights decay
-// geometrically from the face. Here each rank forms its nodes' part of the sums for the faces around a
-// border; once the parts are added, the solve of the block starts from known fluxes (start_known).
+// Lines that go on in another rank's block. The flux of a face is a row of the inverse of its
+// line's system times the right side, hence a weighted sum over the nodes of the line; the weights
+// decay geometrically from the face. Here each rank forms its nodes' part of the sums for the faces
+// around a border; once the parts are added, the solve of the block starts from known fluxes
+// (start_known).
 
 #include "flow_solver/numerics/kernel_stress.hpp"
 
@@ -17,11 +18,14 @@ inline constexpr int border_walk = 8;
 /// Weight of node i (counted from the first of the sum) for face m and component q along D.
 template <int D>
 OCU_INLINE Vec border_weight(const BorderSum& sum, int i, int m, int q) {
-  return splat(sum.weight[(static_cast<Index>(i - sum.first) * sum.faces + m) * n_classes + class_of<D>(q)]);
+  return splat(
+      sum.weight[(static_cast<Index>(i - sum.first) * sum.faces + m) * n_classes + class_of<D>(q)]);
 }
 
 /// Whether nodes [n0, n1) are all in the far part of the sum, where one sum serves every face.
-OCU_INLINE bool all_far(const BorderSum& sum, int n0, int n1) { return n1 <= sum.near_first || n0 >= sum.near_last; }
+OCU_INLINE bool all_far(const BorderSum& sum, int n0, int n1) {
+  return n1 <= sum.near_first || n0 >= sum.near_last;
+}
 
 /// Adds a sum of far nodes, weighted for the first face, to those of all faces.
 template <int D>
@@ -36,8 +40,8 @@ OCU_INLINE void add_far(const BorderSum& sum, const Vec far[5], Real* out) {
 
 /// Adds the fluxes of nodes [n0, n1) to the sums of one line group.
 template <int D, int Visc, int Faces>
-OCU_INLINE void add_border_flux(const GasVec& gas, const Source& src, const BorderSum& sum, int n0, int n1,
-                                Real* out) {
+OCU_INLINE void add_border_flux(const GasVec& gas, const Source& src, const BorderSum& sum, int n0,
+                                int n1, Real* out) {
   if (all_far(sum, n0, n1)) {
     Vec far[5];
     for (int q = 0; q < 5; ++q) far[q] = splat(0.0);
@@ -57,7 +61,8 @@ OCU_INLINE void add_border_flux(const GasVec& gas, const Source& src, const Bord
 #pragma GCC unroll 5
     for (int m = 0; m < Faces; ++m) {
 #pragma GCC unroll 5
-      for (int q = 0; q < 5; ++q) total[m][q] = madd(border_weight<D>(sum, i, m, q), f.q[q], total[m][q]);
+      for (int q = 0; q < 5; ++q)
+        total[m][q] = madd(border_weight<D>(sum, i, m, q), f.q[q], total[m][q]);
     }
   }
   for (int m = 0; m < Faces; ++m) {
@@ -100,7 +105,8 @@ void border_flux_columns(const Context& shared, const BorderSum& sum, int c, int
 
 /// x-lines, through transposed tiles of nodes.
 template <int Visc, bool Eight>
-void border_flux_rows(const Context& shared, Real* scratch, const BorderSum& sum, int k, int group) {
+void border_flux_rows(const Context& shared, Real* scratch, const BorderSum& sum, int k,
+                      int group) {
   const Context ctx = shared;
   constexpr int faces = 2 * known_flux_faces(Eight) - 1;
   constexpr Index step = node_record * tile_width;
@@ -114,7 +120,8 @@ void border_flux_rows(const Context& shared, Real* scratch, const BorderSum& sum
   }
   const Index at = line_group<0>(ctx, 0, group * tile_width, k);
   clear_border(sum, at);
-  const int begin = (sum.first + tile_width) / tile_width * tile_width - tile_width;  // node -1: tile of -8
+  const int begin =
+      (sum.first + tile_width) / tile_width * tile_width - tile_width;  // node -1: tile of -8
   for (int i0 = begin; i0 < sum.last; i0 += tile_width) {
     load_x_block<Visc>(ctx, w_row, g_row, i0, 0, tile_width, scratch);
     const Real* base = scratch - i0 * step;
@@ -127,22 +134,27 @@ void border_flux_rows(const Context& shared, Real* scratch, const BorderSum& sum
 }
 
 template <int Visc, bool Eight>
-void border_flux_groups(const Context& ctx, Real* scratch, int axis, const BorderSum& sum, int c, int g0, int g1) {
+void border_flux_groups(const Context& ctx, Real* scratch, int axis, const BorderSum& sum, int c,
+                        int g0, int g1) {
   if (axis == 0) {
     for (int g = g0; g < g1; ++g) border_flux_rows<Visc, Eight>(ctx, scratch, sum, c, g);
     return;
   }
   by_column_groups(g0, g1, [&](int first, int count) {
-    if (axis == 1) border_flux_columns<1, Visc, Eight>(ctx, sum, c, first, first + count);
-    else border_flux_columns<2, Visc, Eight>(ctx, sum, c, first, first + count);
+    if (axis == 1)
+      border_flux_columns<1, Visc, Eight>(ctx, sum, c, first, first + count);
+    else
+      border_flux_columns<2, Visc, Eight>(ctx, sum, c, first, first + count);
   });
 }
 
-inline void border_flux(const Context& ctx, Real* scratch, int axis, const BorderSum& sum, int c, int g0, int g1) {
+inline void border_flux(const Context& ctx, Real* scratch, int axis, const BorderSum& sum, int c,
+                        int g0, int g1) {
   OCU_VARIANT(ctx, border_flux_groups, ctx, scratch, axis, sum, c, g0, g1);
 }
 
-/// Conserved states of a tile of lines along D at node i: of A within the block, else of the ghosts of W.
+/// Conserved states of a tile of lines along D at node i: of A within the block, else of the ghosts
+/// of W.
 template <int D>
 OCU_INLINE void border_states(const Context& ctx, int group, int c, int i, Vec q[5]) {
   const bool inside = i >= 0 && i < ctx.n[D];
@@ -158,7 +170,8 @@ OCU_INLINE void border_states(const Context& ctx, int group, int c, int i, Vec q
       v[f] = load(lane);
     }
   } else {
-    const Real* at = b.data + group * tile_width + (D == 1 ? i * b.sj + c * b.sk : c * b.sj + i * b.sk);
+    const Real* at =
+        b.data + group * tile_width + (D == 1 ? i * b.sj + c * b.sk : c * b.sj + i * b.sk);
     for (int f = 0; f < 5; ++f) v[f] = load(at + f * b.sf);
   }
   if (inside) {
@@ -168,16 +181,19 @@ OCU_INLINE void border_states(const Context& ctx, int group, int c, int i, Vec q
   }
 }
 
-/// Adds nodes [n0, n1) to the filter's sums of one line group: state(i, q) gives their conserved states.
+/// Adds nodes [n0, n1) to the filter's sums of one line group: state(i, q) gives their conserved
+/// states.
 template <int D, class State>
-OCU_INLINE void add_border_filter(const BorderSum& sum, int n0, int n1, Real* out, const State& state) {
+OCU_INLINE void add_border_filter(const BorderSum& sum, int n0, int n1, Real* out,
+                                  const State& state) {
   Vec q[border_walk][5];
   for (int i = n0; i < n1; ++i) state(i, q[i - n0]);
   if (all_far(sum, n0, n1)) {
     Vec far[5];
     for (int f = 0; f < 5; ++f) {
       far[f] = splat(0.0);
-      for (int i = n0; i < n1; ++i) far[f] = madd(border_weight<D>(sum, i, 0, f), q[i - n0][f], far[f]);
+      for (int i = n0; i < n1; ++i)
+        far[f] = madd(border_weight<D>(sum, i, 0, f), q[i - n0][f], far[f]);
     }
     add_far<D>(sum, far, out);
     return;
@@ -212,7 +228,8 @@ void border_filter_groups(const Context& shared, const BorderSum& sum, int c, in
   }
 }
 
-inline void border_filter(const Context& ctx, Real*, int axis, const BorderSum& sum, int c, int g0, int g1) {
+inline void border_filter(const Context& ctx, Real*, int axis, const BorderSum& sum, int c, int g0,
+                          int g1) {
   if (axis == 0) border_filter_groups<0>(ctx, sum, c, g0, g1);
   if (axis == 1) border_filter_groups<1>(ctx, sum, c, g0, g1);
   if (axis == 2) border_filter_groups<2>(ctx, sum, c, g0, g1);
@@ -224,7 +241,8 @@ inline void filter_z(const Context& ctx, Real* scratch, int j) {
     const Real* a = ctx.A.data + col.i0 + j * ctx.A.sj;
     for (int k = 0; k < ctx.n[2]; ++k) {
       for (int f = 0; f < 5; ++f) {
-        store(col.pencil + (static_cast<Index>(k) * 5 + f) * tile_width, load(a + k * ctx.A.sk + f * ctx.A.sf));
+        store(col.pencil + (static_cast<Index>(k) * 5 + f) * tile_width,
+              load(a + k * ctx.A.sk + f * ctx.A.sf));
       }
     }
     finish_pencil(ctx, col);

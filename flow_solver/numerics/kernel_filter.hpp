@@ -1,8 +1,9 @@
 #pragma once
 
 // Eighth-order implicit filter (Gaitonde and Visbal) in flux form on a pencil of conserved states
-// [node, 5] of a tile of lines: alpha G(j-1) + G(j) + alpha G(j+1) = sum of k_m [q(j+m-1) - q(j-m)],
-// q(i) += [J G](i+1)/J(i) - [J G](i)/J(i); the face jacobians keep sum J q on stretched grids.
+// [node, 5] of a tile of lines: alpha G(j-1) + G(j) + alpha G(j+1) = sum of k_m [q(j+m-1) -
+// q(j-m)], q(i) += [J G](i+1)/J(i) - [J G](i)/J(i); the face jacobians keep sum J q on stretched
+// grids.
 
 #include "flow_solver/numerics/kernel_sweep.hpp"
 
@@ -13,7 +14,9 @@ struct UniformFilter {
   const Real* face_jacobian;
   const Real* inverse_jacobian;
   double strength;
-  OCU_INLINE Vec row(int j, int c) const { return splat(rows[static_cast<Index>(j) * filter_row_size + c]); }
+  OCU_INLINE Vec row(int j, int c) const {
+    return splat(rows[static_cast<Index>(j) * filter_row_size + c]);
+  }
   OCU_INLINE Vec jacobian(int j) const { return splat(strength * face_jacobian[j]); }
   OCU_INLINE Vec inverse_h(int i) const { return splat(inverse_jacobian[i]); }
 };
@@ -32,7 +35,9 @@ struct LaneFilter {
   OCU_INLINE Vec jacobian(int j) const {
     return splat(strength) * load(face_jacobian + static_cast<Index>(j) * tile_width);
   }
-  OCU_INLINE Vec inverse_h(int i) const { return load(inverse_jacobian + static_cast<Index>(i) * tile_width); }
+  OCU_INLINE Vec inverse_h(int i) const {
+    return load(inverse_jacobian + static_cast<Index>(i) * tile_width);
+  }
 };
 
 /// Conserved state of primitive values.
@@ -66,7 +71,8 @@ OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, Rea
     Vec p[5], q[5];
     for (int f = 0; f < 5; ++f) p[f] = load(base + node * sl + f * w.sf);
     conserved_of(ctx, p, q);
-    for (int f = 0; f < 5; ++f) store(pencil + (static_cast<Index>(node) * 5 + f) * tile_width, q[f]);
+    for (int f = 0; f < 5; ++f)
+      store(pencil + (static_cast<Index>(node) * 5 + f) * tile_width, q[f]);
   };
   for (int m = 0; m < 4; ++m) {
     if (line.periodic) {
@@ -74,10 +80,14 @@ OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, Rea
       copy(n + m, m, LaneEnd::domain_ghost);
       continue;
     }
-    if (line.low != LaneEnd::mirrored_slip) ghost(-1 - m);
-    else copy(-1 - m, m, line.low);
-    if (line.high != LaneEnd::mirrored_slip) ghost(n + m);
-    else copy(n + m, n - 1 - m, line.high);
+    if (line.low != LaneEnd::mirrored_slip)
+      ghost(-1 - m);
+    else
+      copy(-1 - m, m, line.low);
+    if (line.high != LaneEnd::mirrored_slip)
+      ghost(n + m);
+    else
+      copy(n + m, n - 1 - m, line.high);
   }
 }
 
@@ -87,7 +97,8 @@ OCU_INLINE void fill_filter_ghosts(const Context& ctx, int i0, int j, int k, Rea
     if (((lanes.active >> l) & 1u) == 0) continue;
     for (int j = 0; j <= lanes.n[l]; ++j) {
       if (!touches_mark(lanes, l, j)) continue;
-      for (int f = 0; f < 5; ++f) buf[(static_cast<Index>(j) * filter_record + f) * tile_width + l] = 0.0;
+      for (int f = 0; f < 5; ++f)
+        buf[(static_cast<Index>(j) * filter_record + f) * tile_width + l] = 0.0;
     }
   }
 }
@@ -98,8 +109,8 @@ OCU_INLINE constexpr int filter_class(int axis, int f) {
 }
 
 /// Adds the filter's change to node i from the weighted fluxes of its faces.
-OCU_INLINE void change_node(Real* pencil, int i, const Vec right[5], const Vec left[5], Vec inverse_h,
-                            unsigned keep) {
+OCU_INLINE void change_node(Real* pencil, int i, const Vec right[5], const Vec left[5],
+                            Vec inverse_h, unsigned keep) {
 #pragma GCC unroll 5
   for (int f = 0; f < 5; ++f) {
     Vec change = right[f] - left[f];
@@ -109,11 +120,11 @@ OCU_INLINE void change_node(Real* pencil, int i, const Vec right[5], const Vec l
   }
 }
 
-/// Right side and elimination of the faces [begin, end]; all eight nodes around them exist, or their
-/// weights are zero and nothing must be read (Ends).
+/// Right side and elimination of the faces [begin, end]; all eight nodes around them exist, or
+/// their weights are zero and nothing must be read (Ends).
 template <int D, bool Ends, class Coef>
-OCU_INLINE void filter_forward(int n, int begin, int end, const Coef& coef, Real* buf, const Real* pencil,
-                               Vec g[5]) {
+OCU_INLINE void filter_forward(int n, int begin, int end, const Coef& coef, Real* buf,
+                               const Real* pencil, Vec g[5]) {
   for (int j = begin; j <= end; ++j) {
     const Real* at = pencil + static_cast<Index>(j) * 5 * tile_width;
     const auto pair = [&](int m, int f) OCU_FORCE {
@@ -139,11 +150,12 @@ struct NothingKnown {
   void operator()() const {}
 };
 
-/// Filters nodes 0 .. n - 1 of the pencil in place; lanes in `keep` stay as they are. `put_known` puts
-/// fluxes that are known lane by lane into the buffer after the forward walk.
+/// Filters nodes 0 .. n - 1 of the pencil in place; lanes in `keep` stay as they are. `put_known`
+/// puts fluxes that are known lane by lane into the buffer after the forward walk.
 template <int D, class Coef, class PutKnown = NothingKnown>
-OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int face_end, const Coef& coef,
-                              Real* buf, Real* pencil, unsigned keep, const Lanes* marked, Index group = 0,
+OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int face_end,
+                              const Coef& coef, Real* buf, Real* pencil, unsigned keep,
+                              const Lanes* marked, Index group = 0,
                               const PutKnown& put_known = {}) {
   const auto at = [&](int j) { return buf + static_cast<Index>(j) * filter_record * tile_width; };
   Vec g[5];
@@ -188,7 +200,8 @@ OCU_INLINE void filter_pencil(const LineView& line, int n, int face_begin, int f
                          splat(line.filter_wrap_last) * load(at(n - 1) + f * tile_width)) *
                         splat(line.filter_wrap_scale);
       for (int j = 0; j < n; ++j) {
-        store(at(j) + f * tile_width, load(at(j) + f * tile_width) - splat(line.filter_wrap[j]) * shift);
+        store(at(j) + f * tile_width,
+              load(at(j) + f * tile_width) - splat(line.filter_wrap[j]) * shift);
       }
       store(at(n) + f * tile_width, load(at(0) + f * tile_width));
     }
@@ -215,7 +228,8 @@ inline void filter_x(const Context& shared, Real* scratch, int k, int g0, int g1
   Real* buf = face_zero(scratch);
   Real* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
   constexpr Index step = 5 * tile_width;
-  const UniformFilter coef{line.filter, line.face_jacobian, line.filter_inverse_jacobian, ctx.filter_strength};
+  const UniformFilter coef{line.filter, line.face_jacobian, line.filter_inverse_jacobian,
+                           ctx.filter_strength};
   for (int g = g0; g < g1; ++g) {
     const int j0 = g * tile_width;
     const unsigned rows = existing(j0, ctx.n[1]);
@@ -236,13 +250,18 @@ inline void filter_x(const Context& shared, Real* scratch, int k, int g0, int g1
           rows_to_nodes(a_row, f * ctx.A.sf + i, pencil + i * step + f * tile_width, step);
         }
       }
-      for (int l = 0; l < tile_width; ++l) {  // the rows that come next, and where their primitives go
+      for (int l = 0; l < tile_width;
+           ++l) {  // the rows that come next, and where their primitives go
         prefetch_next(a_row[l] + tile_width * ctx.A.sj + i0, ctx.A.sf, 5);
         prefetch_next(w_row[l] + i0, ctx.W.sf, 5);
       }
     }
-    const auto set = [&](int to, int f, Vec v) { store(pencil + static_cast<Index>(to) * step + f * tile_width, v); };
-    const auto get = [&](int from, int f) { return load(pencil + static_cast<Index>(from) * step + f * tile_width); };
+    const auto set = [&](int to, int f, Vec v) {
+      store(pencil + static_cast<Index>(to) * step + f * tile_width, v);
+    };
+    const auto get = [&](int from, int f) {
+      return load(pencil + static_cast<Index>(from) * step + f * tile_width);
+    };
     const auto copy = [&](int to, int from, LaneEnd end) {
       for (int f = 0; f < 5; ++f) {
         const bool flip = end == LaneEnd::mirrored_slip && f == 1;
@@ -265,10 +284,14 @@ inline void filter_x(const Context& shared, Real* scratch, int k, int g0, int g1
         copy(-1 - m, n - 1 - m, LaneEnd::domain_ghost);
         continue;
       }
-      if (line.high != LaneEnd::mirrored_slip) ghost(n + m);
-      else copy(n + m, n - 1 - m, line.high);
-      if (line.low != LaneEnd::mirrored_slip) ghost(-1 - m);
-      else copy(-1 - m, m, line.low);
+      if (line.high != LaneEnd::mirrored_slip)
+        ghost(n + m);
+      else
+        copy(n + m, n - 1 - m, line.high);
+      if (line.low != LaneEnd::mirrored_slip)
+        ghost(-1 - m);
+      else
+        copy(-1 - m, m, line.low);
     }
     const unsigned marked = ctx.any_mark ? ctx.line_marked[0][flag] & rows : 0u;
     const Lanes lanes = whole_lanes<0>(ctx, 0, j0, k, marked);
@@ -291,7 +314,8 @@ inline void filter_y(const Context& shared, Real* scratch, int k, int t0, int t1
   const int n = ctx.n[1];
   Real* buf = face_zero(scratch);
   Real* pencil = scratch + face_doubles(ctx) + tile_width * 5 * tile_width;
-  const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength};
+  const UniformFilter coef{line.filter, line.face_jacobian, line.inverse_jacobian,
+                           ctx.filter_strength};
   for (int t = t0; t < t1; ++t) {
     const int i0 = t * tile_width;
     const Index flag = static_cast<Index>(k) * ctx.mask_tiles + t;
@@ -301,7 +325,8 @@ inline void filter_y(const Context& shared, Real* scratch, int k, int t0, int t1
     Real* a = ctx.A.data + i0 + k * ctx.A.sk;
     for (int j = 0; j < n; ++j) {
       for (int f = 0; f < 5; ++f) {
-        store(pencil + (static_cast<Index>(j) * 5 + f) * tile_width, load(a + j * ctx.A.sj + f * ctx.A.sf));
+        store(pencil + (static_cast<Index>(j) * 5 + f) * tile_width,
+              load(a + j * ctx.A.sj + f * ctx.A.sf));
       }
     }
     fill_filter_ghosts<1>(ctx, i0, 0, k, pencil);
@@ -311,7 +336,8 @@ inline void filter_y(const Context& shared, Real* scratch, int k, int t0, int t1
                      marked != 0 ? &lanes : nullptr, flag);
     for (int j = 0; j < n; ++j) {
       for (int f = 0; f < 5; ++f) {
-        store(a + j * ctx.A.sj + f * ctx.A.sf, load(pencil + (static_cast<Index>(j) * 5 + f) * tile_width));
+        store(a + j * ctx.A.sj + f * ctx.A.sf,
+              load(pencil + (static_cast<Index>(j) * 5 + f) * tile_width));
       }
     }
   }

@@ -11,11 +11,21 @@ namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 struct Scalar {
   double v;
 };
-OCU_INLINE Scalar operator+(Scalar a, Scalar b) { return {a.v + b.v}; }
-OCU_INLINE Scalar operator-(Scalar a, Scalar b) { return {a.v - b.v}; }
-OCU_INLINE Scalar operator*(Scalar a, Scalar b) { return {a.v * b.v}; }
-OCU_INLINE Scalar operator/(Scalar a, Scalar b) { return {a.v / b.v}; }
-OCU_INLINE Scalar vsqrt(Scalar a) { return {__builtin_sqrt(a.v)}; }
+OCU_INLINE Scalar operator+(Scalar a, Scalar b) {
+  return {a.v + b.v};
+}
+OCU_INLINE Scalar operator-(Scalar a, Scalar b) {
+  return {a.v - b.v};
+}
+OCU_INLINE Scalar operator*(Scalar a, Scalar b) {
+  return {a.v * b.v};
+}
+OCU_INLINE Scalar operator/(Scalar a, Scalar b) {
+  return {a.v / b.v};
+}
+OCU_INLINE Scalar vsqrt(Scalar a) {
+  return {__builtin_sqrt(a.v)};
+}
 
 /// Reads, writes and makes either kind.
 template <class T>

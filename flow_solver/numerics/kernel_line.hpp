@@ -1,9 +1,9 @@
 #pragma once
 
-// Compact flux solve along a tile of lines at once. Forward: nodal fluxes from a rolling window of nodes,
-// right side, elimination; face values stay in a buffer. Backward: substitution, diffusive face
-// fluxes added, divergence handed to a sink node by node. Sixth order (Lele 1992) in flux form:
-// 1/3 F(j-1) + F(j) + 1/3 F(j+1) = 29/36 [f(j-1) + f(j)] + 1/36 [f(j-2) + f(j+1)].
+// Compact flux solve along a tile of lines at once. Forward: nodal fluxes from a rolling window of
+// nodes, right side, elimination; face values stay in a buffer. Backward: substitution, diffusive
+// face fluxes added, divergence handed to a sink node by node. Sixth order (Lele 1992) in flux
+// form: 1/3 F(j-1) + F(j) + 1/3 F(j+1) = 29/36 [f(j-1) + f(j)] + 1/36 [f(j-2) + f(j+1)].
 
 #include "flow_solver/numerics/kernel.hpp"
 #include "flow_solver/numerics/line_table.hpp"
@@ -51,7 +51,7 @@ OCU_INLINE void prefetch_next(const Real* p, Index sf, int fields) {
 struct Source {
   const Real* p;
   Index sf, sl;
-  const Real* mu;    ///< shear viscosity, same stride
+  const Real* mu;  ///< shear viscosity, same stride
   /// Nodal: stress on x, y, z and energy flux. Narrow: shear partners (ascending component),
   /// transverse parts.
   const Real* g[4];
@@ -64,7 +64,9 @@ struct UniformCoef {
   const Real* rows;
   const Real* inverse_spacing;
   const Real* inverse_jacobian;
-  OCU_INLINE Vec row(int j, int c) const { return splat(rows[static_cast<Index>(j) * flux_row_size + c]); }
+  OCU_INLINE Vec row(int j, int c) const {
+    return splat(rows[static_cast<Index>(j) * flux_row_size + c]);
+  }
   OCU_INLINE Vec inverse_dx(int j) const { return splat(inverse_spacing[j]); }
   OCU_INLINE Vec inverse_h(int i) const { return splat(inverse_jacobian[i]); }
 };
@@ -80,8 +82,12 @@ struct LaneCoef {
     if (j < split) return splat(rows[static_cast<Index>(j) * flux_row_size + c]);
     return load(tail + (static_cast<Index>(j - split) * flux_row_size + c) * tile_width);
   }
-  OCU_INLINE Vec inverse_dx(int j) const { return load(inverse_spacing + static_cast<Index>(j) * tile_width); }
-  OCU_INLINE Vec inverse_h(int i) const { return load(inverse_jacobian + static_cast<Index>(i) * tile_width); }
+  OCU_INLINE Vec inverse_dx(int j) const {
+    return load(inverse_spacing + static_cast<Index>(j) * tile_width);
+  }
+  OCU_INLINE Vec inverse_h(int i) const {
+    return load(inverse_jacobian + static_cast<Index>(i) * tile_width);
+  }
 };
 
 struct Flux {
@@ -92,11 +98,15 @@ struct Flux {
 struct GasVec {
   Vec R, inverse_gm1, rest_pressure;
   OCU_INLINE explicit GasVec(const Context& c)
-      : R(splat(c.gas_constant)), inverse_gm1(splat(1.0 / (c.gamma - 1.0))), rest_pressure(splat(c.rest_pressure)) {}
+      : R(splat(c.gas_constant)),
+        inverse_gm1(splat(1.0 / (c.gamma - 1.0))),
+        rest_pressure(splat(c.rest_pressure)) {}
 };
 
 /// What the momentum fluxes leave out of the pressure.
-OCU_INLINE double pressure_offset(const Context& ctx) { return is_single ? ctx.rest_pressure : 0.0; }
+OCU_INLINE double pressure_offset(const Context& ctx) {
+  return is_single ? ctx.rest_pressure : 0.0;
+}
 
 /// Convective flux along D with the bulk pressure: seed eqs. 4-7, E + p from (rho, u, T).
 template <int D>
@@ -184,7 +194,8 @@ OCU_INLINE void diffusive_face(Forward<Visc, Eight>& s, const Source& src, Index
 /// Right side and elimination of face j from the window; b0..b1 straddle the face.
 template <int D, int Visc, class Coef>
 OCU_INLINE void eliminate_face(Vec face[5], const Flux& a1, const Flux& a0, const Flux& b0,
-                               const Flux& b1, const Flux* outer, int j, const Coef& coef, Real* buf) {
+                               const Flux& b1, const Flux* outer, int j, const Coef& coef,
+                               Real* buf) {
   Real* out = buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
 #pragma GCC unroll 5
   for (int q = 0; q < 5; ++q) {
@@ -198,8 +209,8 @@ OCU_INLINE void eliminate_face(Vec face[5], const Flux& a1, const Flux& a0, cons
 
 /// Takes nodes [begin, end) (memory places `at_begin` ...) into the walk.
 template <int D, int Visc, bool Eight, class Coef>
-OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const Source& src, int begin,
-                              int end, const Coef& coef, Real* buf) {
+OCU_INLINE void forward_nodes(Forward<Visc, Eight>& s, const GasVec& gas, const Source& src,
+                              int begin, int end, const Coef& coef, Real* buf) {
   constexpr int width = Eight ? 6 : 4;
   constexpr int lag = Eight ? 2 : 1;  // a face waits for this many nodes behind it
   int i = begin;
@@ -265,10 +276,12 @@ OCU_INLINE void end_forward(Forward<Visc, Eight>& s, int last_node, int missing,
   for (int m = 0; m < missing; ++m) {
     if constexpr (Eight) {
       s.w[5] = s.w[4];
-      eliminate_face<D, Visc>(s.face, s.w[1], s.w[2], s.w[3], s.w[4], s.w, last_node + 1 + m - 2, coef, buf);
+      eliminate_face<D, Visc>(s.face, s.w[1], s.w[2], s.w[3], s.w[4], s.w, last_node + 1 + m - 2,
+                              coef, buf);
       for (int k = 0; k < 5; ++k) s.w[k] = s.w[k + 1];
     } else {
-      eliminate_face<D, Visc>(s.face, s.w[0], s.w[1], s.w[2], s.w[2], nullptr, last_node + m, coef, buf);
+      eliminate_face<D, Visc>(s.face, s.w[0], s.w[1], s.w[2], s.w[2], nullptr, last_node + m, coef,
+                              buf);
     }
   }
 }
@@ -321,7 +334,8 @@ OCU_INLINE void total_flux(const Backward& s, int j, const Real* buf, Vec out[5]
 
 /// Faces from the end of the solve down to face n.
 template <int D, int Visc, class Coef>
-OCU_INLINE void start_backward(Backward& s, int n, int face_end, const Coef& coef, const Real* buf) {
+OCU_INLINE void start_backward(Backward& s, int n, int face_end, const Coef& coef,
+                               const Real* buf) {
   for (int q = 0; q < 5; ++q) s.face[q] = splat(0.0);
   for (int j = face_end; j >= n; --j) substitute_face<D, Visc>(s, j, coef, buf);
   total_flux<Visc>(s, n, buf, s.right);
@@ -329,7 +343,8 @@ OCU_INLINE void start_backward(Backward& s, int n, int face_end, const Coef& coe
 
 /// Nodes from `high` down to `low`; the sink gets (node, divergence).
 template <int D, int Visc, class Coef, class Sink>
-OCU_INLINE void backward_nodes(Backward& s, int high, int low, const Coef& coef, const Real* buf, Sink&& sink) {
+OCU_INLINE void backward_nodes(Backward& s, int high, int low, const Coef& coef, const Real* buf,
+                               Sink&& sink) {
   for (int i = high; i >= low; --i) {
     substitute_face<D, Visc>(s, i, coef, buf);
     Vec left[5], div[5];
@@ -377,16 +392,16 @@ OCU_INLINE void store_known_fluxes(const LineView& line, int n, Index group, Rea
 
 /// Lanes of a line solve, for the first-order flux at marked nodes.
 struct Lanes {
-  const Real* q[tile_width];           ///< conserved state at node 0
+  const Real* q[tile_width];             ///< conserved state at node 0
   const std::uint8_t* mark[tile_width];  ///< mark at node 0
   int n[tile_width];
   LaneEnd low[tile_width], high[tile_width];
-  const Real* low_state[tile_width];   ///< ghost primitive state, stride state_stride
+  const Real* low_state[tile_width];  ///< ghost primitive state, stride state_stride
   const Real* high_state[tile_width];
   Index low_stride[tile_width], high_stride[tile_width];
-  Index qf, ql;                          ///< strides of the conserved state by field and node
-  Index ml;                              ///< stride of the marks by node
-  unsigned active;                       ///< lanes in use
+  Index qf, ql;                              ///< strides of the conserved state by field and node
+  Index ml;                                  ///< stride of the marks by node
+  unsigned active;                           ///< lanes in use
   unsigned low_marked = 0, high_marked = 0;  ///< lanes whose node beyond a border is marked
 };
 

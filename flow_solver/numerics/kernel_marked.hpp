@@ -1,8 +1,8 @@
 #pragma once
 
-// Slow copy of the backward pass: periodic lines, and lines with marked nodes, whose faces carry the
-// local Lax-Friedrichs flux of the state at the start of the step. Frozen over the stages it makes
-// the whole step of such a node one Euler step, positive for a convective number up to one.
+// Slow copy of the backward pass: periodic lines, and lines with marked nodes, whose faces carry
+// the local Lax-Friedrichs flux of the state at the start of the step. Frozen over the stages it
+// makes the whole step of such a node one Euler step, positive for a convective number up to one.
 
 #include "flow_solver/numerics/kernel_line.hpp"
 
@@ -26,15 +26,17 @@ OCU_INLINE PointState point_from_conserved(const Context& ctx, const double q[5]
   return s;
 }
 
-OCU_INLINE PointState point_from_primitive(const Context& ctx, double rho, const double u[3], double T) {
+OCU_INLINE PointState point_from_primitive(const Context& ctx, double rho, const double u[3],
+                                           double T) {
   const double p = rho * ctx.gas_constant * T;
-  const double q[5] = {rho, rho * u[0], rho * u[1], rho * u[2],
-                       p / (ctx.gamma - 1.0) + 0.5 * rho * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])};
+  const double q[5] = {
+      rho, rho * u[0], rho * u[1], rho * u[2],
+      p / (ctx.gamma - 1.0) + 0.5 * rho * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])};
   return point_from_conserved(ctx, q);
 }
 
-/// State across the end of a lane next to own state s. At an immersed wall `ghost` is its motion: unit
-/// normal (zero: no slip), velocity; at a held one its velocity.
+/// State across the end of a lane next to own state s. At an immersed wall `ghost` is its motion:
+/// unit normal (zero: no slip), velocity; at a held one its velocity.
 template <int D>
 OCU_INLINE PointState state_across(const Context& ctx, LaneEnd end, const PointState& s,
                                    const Real* ghost, Index stride) {
@@ -49,8 +51,8 @@ OCU_INLINE PointState state_across(const Context& ctx, LaneEnd end, const PointS
     return point_from_primitive(ctx, s.q[0], u, T);
   }
   if (end == LaneEnd::wall) {
-    // The own state mirrored: a flux between the interpolated ghost and the first node can swallow a
-    // supersonic stream.
+    // The own state mirrored: a flux between the interpolated ghost and the first node can swallow
+    // a supersonic stream.
     const Real* normal = ghost;
     const Real* wall = ghost + 3;
     double approach = 0.0;
@@ -92,8 +94,10 @@ OCU_INLINE bool touches_mark(const Lanes& lanes, int l, int j) {
   const int n = lanes.n[l];
   const bool periodic = lanes.low[l] == LaneEnd::periodic;
   const auto marked = [&](int i) { return lanes.mark[l][i * lanes.ml] != 0; };
-  const bool left = j > 0 ? marked(j - 1) : (periodic && marked(n - 1)) || ((lanes.low_marked >> l) & 1u) != 0;
-  const bool right = j < n ? marked(j) : (periodic && marked(0)) || ((lanes.high_marked >> l) & 1u) != 0;
+  const bool left =
+      j > 0 ? marked(j - 1) : (periodic && marked(n - 1)) || ((lanes.low_marked >> l) & 1u) != 0;
+  const bool right =
+      j < n ? marked(j) : (periodic && marked(0)) || ((lanes.high_marked >> l) & 1u) != 0;
   return left || right;
 }
 
@@ -114,16 +118,19 @@ template <int D, int Visc>
       double f[5];
       if (periodic && (j == 0 || j == n)) {
         first_order_flux<D>(state(n - 1), state(0), f);
-      } else if ((j == 0 && lanes.low[l] == LaneEnd::neighbour) || (j == n && lanes.high[l] == LaneEnd::neighbour)) {
+      } else if ((j == 0 && lanes.low[l] == LaneEnd::neighbour) ||
+                 (j == n && lanes.high[l] == LaneEnd::neighbour)) {
         first_order_flux<D>(state(j - 1), state(j), f);
       } else if (j == 0) {
         const PointState own = state(0);
         first_order_flux<D>(
-            state_across<D>(ctx, lanes.low[l], own, lanes.low_state[l], lanes.low_stride[l]), own, f);
+            state_across<D>(ctx, lanes.low[l], own, lanes.low_state[l], lanes.low_stride[l]), own,
+            f);
       } else if (j == n) {
         const PointState own = state(n - 1);
         first_order_flux<D>(
-            own, state_across<D>(ctx, lanes.high[l], own, lanes.high_state[l], lanes.high_stride[l]), f);
+            own,
+            state_across<D>(ctx, lanes.high[l], own, lanes.high_state[l], lanes.high_stride[l]), f);
       } else {
         first_order_flux<D>(state(j - 1), state(j), f);
       }
@@ -138,12 +145,15 @@ template <int D, int Visc>
 template <int D, int Visc, class Coef, class Sink>
 OCU_INLINE void backward_slow(const Context& ctx, const LineView& line, int n, int face_end,
                               const Coef& coef, Real* buf, const Lanes* lanes, Sink&& sink) {
-  const auto at = [&](int j) { return buf + static_cast<Index>(j) * face_record<Visc> * tile_width; };
+  const auto at = [&](int j) {
+    return buf + static_cast<Index>(j) * face_record<Visc> * tile_width;
+  };
   for (int j = face_end - 1; j >= 0; --j) {
     for (int q = 0; q < 5; ++q) {
       const Vec above = load(at(j + 1) + q * tile_width);
       store(at(j) + q * tile_width,
-            nmadd(coef.row(j, flux_class_size * class_of<D>(q) + flux_weights + 1), above, load(at(j) + q * tile_width)));
+            nmadd(coef.row(j, flux_class_size * class_of<D>(q) + flux_weights + 1), above,
+                  load(at(j) + q * tile_width)));
     }
   }
   if (line.periodic) {

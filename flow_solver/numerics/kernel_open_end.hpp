@@ -1,21 +1,23 @@
 #pragma once
 
-// Ghosts beyond open ends with a constant gas far away, a tile of lines at a time: the characteristic
-// state of boundary/open_ends.hpp in vectors.
+// Ghosts beyond open ends with a constant gas far away, a tile of lines at a time: the
+// characteristic state of boundary/open_ends.hpp in vectors.
 
 #include "flow_solver/numerics/kernel.hpp"
 #include "flow_solver/numerics/simd.hpp"
 
 namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
-/// Values at a tile of end nodes: density, velocities with that along the axis outwards, temperature.
+/// Values at a tile of end nodes: density, velocities with that along the axis outwards,
+/// temperature.
 struct EndNodes {
   Vec rho, un, ut[2], T;
 };
 
-/// The same beyond the end: outgoing Riemann invariant of the node, incoming one of the gas far away;
-/// entropy and tangential velocity from where the gas comes.
-OCU_INLINE EndNodes characteristic_nodes(const OutflowEnd& e, const EndNodes& s, const EndNodes& far) {
+/// The same beyond the end: outgoing Riemann invariant of the node, incoming one of the gas far
+/// away; entropy and tangential velocity from where the gas comes.
+OCU_INLINE EndNodes characteristic_nodes(const OutflowEnd& e, const EndNodes& s,
+                                         const EndNodes& far) {
   const Vec zero = splat(0.0), gm1 = splat(e.gamma - 1.0), two = splat(2.0);
   const Vec c = vsqrt(splat(e.gamma) * splat(e.gas_constant) * s.T);
   const Vec c_far = vsqrt(splat(e.gamma) * splat(e.gas_constant) * far.T);
@@ -34,9 +36,8 @@ OCU_INLINE EndNodes characteristic_nodes(const OutflowEnd& e, const EndNodes& s,
   // Supersonic ends, and states that have no sound speed, take one side whole.
   const unsigned fast = ~less(s.un, c), in = ~less(-c, s.un) & ~fast;
   const unsigned out = fast | (~less(zero, c_end) & ~in);
-  const auto choose = [&](Vec inner, Vec own, Vec outer) OCU_FORCE {
-    return select(in, outer, select(out, own, inner));
-  };
+  const auto choose = [&](Vec inner, Vec own, Vec outer)
+                          OCU_FORCE { return select(in, outer, select(out, own, inner)); };
   b.rho = choose(b.rho, s.rho, far.rho);
   b.un = choose(b.un, s.un, far.un);
   for (int a = 0; a < 2; ++a) b.ut[a] = choose(b.ut[a], s.ut[a], far.ut[a]);
@@ -48,7 +49,8 @@ OCU_INLINE EndNodes characteristic_nodes(const OutflowEnd& e, const EndNodes& s,
 OCU_INLINE unsigned undisturbed(const EndNodes& s, const EndNodes& far) {
   const auto differs = [](Vec a, Vec b) OCU_FORCE { return less(a, b) | less(b, a); };
   return ~(differs(s.rho, far.rho) | differs(s.un, far.un) | differs(s.ut[0], far.ut[0]) |
-           differs(s.ut[1], far.ut[1]) | differs(s.T, far.T)) & all_lanes;
+           differs(s.ut[1], far.ut[1]) | differs(s.T, far.T)) &
+         all_lanes;
 }
 
 OCU_INLINE EndNodes far_nodes(const OutflowEnd& e) {
@@ -57,7 +59,8 @@ OCU_INLINE EndNodes far_nodes(const OutflowEnd& e) {
 }
 
 /// Ghosts of a tile of ends from the values of their end nodes.
-OCU_INLINE void end_values(const OutflowEnd& e, const EndNodes& far, const Vec node[5], Vec ghost[5]) {
+OCU_INLINE void end_values(const OutflowEnd& e, const EndNodes& far, const Vec node[5],
+                           Vec ghost[5]) {
   const int t0 = e.axis == 0 ? 1 : 0, t1 = e.axis == 2 ? 1 : 2;
   const Vec sign = splat(e.sign);
   const EndNodes s{node[0], sign * node[1 + e.axis], {node[1 + t0], node[1 + t1]}, node[4]};
@@ -93,7 +96,8 @@ inline void outflow_rows(const OutflowEnd& e, Real* node, Index sf, Index outwar
 }
 
 /// The same of `count` x-lines; `node` is the end node of the first, the next line lies sj further.
-inline void outflow_columns(const OutflowEnd& e, Real* node, Index sf, Index sj, int outwards, int count) {
+inline void outflow_columns(const OutflowEnd& e, Real* node, Index sf, Index sj, int outwards,
+                            int count) {
   const EndNodes far = far_nodes(e);
   for (int j0 = 0; j0 < count; j0 += tile_width) {
     const int lanes = j0 + tile_width <= count ? tile_width : count - j0;
@@ -114,7 +118,8 @@ inline void outflow_columns(const OutflowEnd& e, Real* node, Index sf, Index sj,
     end_values(e, far, w, ghost);
     for (int f = 0; f < 5; ++f) store(value[f], ghost[f]);
     for (int l = 0; l < lanes; ++l) {
-      Real* lowest = node + (j0 + l) * sj + (outwards > 0 ? 1 : -4);  // the four layers lie side by side
+      Real* lowest =
+          node + (j0 + l) * sj + (outwards > 0 ? 1 : -4);  // the four layers lie side by side
       for (int f = 0; f < 5; ++f) {
         for (int layer = 0; layer < 4; ++layer) lowest[f * sf + layer] = value[f][l];
       }

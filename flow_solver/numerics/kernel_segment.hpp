@@ -1,7 +1,7 @@
 #pragma once
 
-// Lines that a body cuts: up to a tile of segments side by side in a transposed scratch with four ghost
-// nodes at each end (wall ghosts or domain ghosts), solved by the same kernels. Elimination
+// Lines that a body cuts: up to a tile of segments side by side in a transposed scratch with four
+// ghost nodes at each end (wall ghosts or domain ghosts), solved by the same kernels. Elimination
 // coefficients are common from the start of the lines to the first face near a lane's end. Where a
 // segment goes on in another rank's block the fluxes of the faces at that end are known.
 
@@ -11,7 +11,9 @@
 
 namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
-OCU_INLINE Index segment_nodes(const Context& ctx) { return face_doubles(ctx) / (largest_face_record * tile_width) + 16; }
+OCU_INLINE Index segment_nodes(const Context& ctx) {
+  return face_doubles(ctx) / (largest_face_record * tile_width) + 16;
+}
 
 /// Scratch of a batch behind the face buffer: nodes, metric, tails.
 OCU_INLINE Index segment_doubles(const Context& ctx) {
@@ -56,9 +58,13 @@ OCU_INLINE void origin_of(int axis, const SegmentBatch& s, int l, int o[3]) {
   }
 }
 
-OCU_INLINE Index offset_in(const Block& b, const int o[3]) { return o[0] + o[1] * b.sj + o[2] * b.sk; }
+OCU_INLINE Index offset_in(const Block& b, const int o[3]) {
+  return o[0] + o[1] * b.sj + o[2] * b.sk;
+}
 
-OCU_INLINE Index stride_along(const Block& b, int axis) { return axis == 0 ? 1 : (axis == 1 ? b.sj : b.sk); }
+OCU_INLINE Index stride_along(const Block& b, int axis) {
+  return axis == 0 ? 1 : (axis == 1 ? b.sj : b.sk);
+}
 
 /// Kind of a lane's ends: walls, borders between ranks, or what the domain has there.
 OCU_INLINE LaneEnd low_end(const Context& ctx, int axis, const SegmentBatch& s, int l) {
@@ -69,8 +75,12 @@ OCU_INLINE LaneEnd high_end(const Context& ctx, int axis, const SegmentBatch& s,
   if (s.wall_high[l] >= 0) return LaneEnd::wall;
   return ctx.line[axis].known_high.flux != nullptr ? LaneEnd::neighbour : ctx.line[axis].high;
 }
-OCU_INLINE bool is_held(LaneEnd e) { return e == LaneEnd::held_wall || e == LaneEnd::held_slip_wall; }
-OCU_INLINE bool is_mirror(LaneEnd e) { return e == LaneEnd::mirrored_slip || is_held(e); }
+OCU_INLINE bool is_held(LaneEnd e) {
+  return e == LaneEnd::held_wall || e == LaneEnd::held_slip_wall;
+}
+OCU_INLINE bool is_mirror(LaneEnd e) {
+  return e == LaneEnd::mirrored_slip || is_held(e);
+}
 
 OCU_INLINE int longest_of(const SegmentBatch& s) {
   int n = 0;
@@ -83,12 +93,13 @@ OCU_INLINE int shortest_of(const SegmentBatch& s) {
   return n;
 }
 
-/// Rows of the faces [split, end] of each lane with its own end closure, eliminated onwards from the
-/// common rows; zeros beyond a lane's end. `known`: faces whose flux is given where another rank goes on:
-/// their rows are zero at the high end and hand on the value before them at the low one.
-OCU_INLINE void lane_tail(const Real* rows, int row_size, int weights, const EndRows& e, bool filter, int known,
-                          const LaneEnd* low, const LaneEnd* high, const SegmentBatch& s, int split, int end,
-                          Real* tail) {
+/// Rows of the faces [split, end] of each lane with its own end closure, eliminated onwards from
+/// the common rows; zeros beyond a lane's end. `known`: faces whose flux is given where another
+/// rank goes on: their rows are zero at the high end and hand on the value before them at the low
+/// one.
+OCU_INLINE void lane_tail(const Real* rows, int row_size, int weights, const EndRows& e,
+                          bool filter, int known, const LaneEnd* low, const LaneEnd* high,
+                          const SegmentBatch& s, int split, int end, Real* tail) {
   for (int l = 0; l < tile_width; ++l) {
     const int lane = l < s.lanes ? l : 0;
     const int n = s.length[lane];
@@ -97,7 +108,8 @@ OCU_INLINE void lane_tail(const Real* rows, int row_size, int weights, const End
     const int first = low[lane] == LaneEnd::neighbour ? known : -3;
     double c_before[n_classes];
     for (int p = 0; p < n_classes; ++p) {
-      c_before[p] = rows[static_cast<Index>(split - 1) * row_size + p * (weights + 3) + weights + 1];
+      c_before[p] =
+          rows[static_cast<Index>(split - 1) * row_size + p * (weights + 3) + weights + 1];
     }
     for (int j = split; j <= end; ++j) {
       Real* out = tail + static_cast<Index>(j - split) * row_size * tile_width + l;
@@ -129,7 +141,8 @@ OCU_INLINE void lane_tail(const Real* rows, int row_size, int weights, const End
         }
         pivot /= 1.0 - lower * c_before[p];
         Real* row = out + p * (weights + 3) * tile_width;
-        for (int c = 0; c < weights; ++c) row[c * tile_width] = rounded(pivot * e.weights[reach][c]);
+        for (int c = 0; c < weights; ++c)
+          row[c * tile_width] = rounded(pivot * e.weights[reach][c]);
         row[weights * tile_width] = rounded(lower * pivot);
         row[(weights + 1) * tile_width] = rounded(upper * pivot);
         c_before[p] = upper * pivot;
@@ -175,7 +188,8 @@ struct LaneFluxes {
   alignas(64) Real at[known_filter_faces * 5 * tile_width];
   int faces;
   /// `known`: as in KnownEnd.
-  OCU_INLINE void take(const Context& ctx, int axis, const SegmentBatch& s, const Real* known, int count) {
+  OCU_INLINE void take(const Context& ctx, int axis, const SegmentBatch& s, const Real* known,
+                       int count) {
     faces = count;
     for (int l = 0; l < tile_width; ++l) {
       const int lane = l < s.lanes ? l : 0;
@@ -192,7 +206,8 @@ struct LaneFluxes {
       const int first = s.length[l < s.lanes ? l : 0] + 1 - faces;
       for (int j = 0; j < faces; ++j) {
         for (int q = 0; q < 5; ++q) {
-          buf[(static_cast<Index>(first + j) * Record + q) * tile_width + l] = at[(j * 5 + q) * tile_width + l];
+          buf[(static_cast<Index>(first + j) * Record + q) * tile_width + l] =
+              at[(j * 5 + q) * tile_width + l];
         }
       }
     }
@@ -200,8 +215,8 @@ struct LaneFluxes {
 };
 
 /// Metric of each lane by local face and node; constant beyond the line.
-OCU_INLINE void load_metric(const Context& ctx, int axis, const SegmentBatch& s, const SegmentLanes& t,
-                            const SegmentScratch& mem) {
+OCU_INLINE void load_metric(const Context& ctx, int axis, const SegmentBatch& s,
+                            const SegmentLanes& t, const SegmentScratch& mem) {
   const LineView& line = ctx.line[axis];
   for (int l = 0; l < tile_width; ++l) {
     const int begin = s.begin[l < s.lanes ? l : 0];
@@ -219,7 +234,7 @@ OCU_INLINE void load_metric(const Context& ctx, int axis, const SegmentBatch& s,
 /// is on the wall's other side. Null: not such a node.
 template <int D>
 OCU_INLINE const Real* ghost_across_mirror(const Context& ctx, const SegmentBatch& s,
-                                             const SegmentLanes& t, int l, int at) {
+                                           const SegmentLanes& t, int l, int at) {
   const int lane = l < s.lanes ? l : 0;
   const int n = s.length[lane];
   if (at >= 0 && at < n) return nullptr;
@@ -248,15 +263,17 @@ OCU_INLINE void load_lane(const Context& ctx, const SegmentBatch& s, const Segme
   const Index sl = stride_along(w, D);
   const Real* base = w.data + offset_in(w, t.origin[l]);
   const Index gl = stride_along(ctx.G, D);
-  const Real* g_base = Visc == narrow_viscosity ? ctx.G.data + offset_in(ctx.G, t.origin[l]) : nullptr;
+  const Real* g_base =
+      Visc == narrow_viscosity ? ctx.G.data + offset_in(ctx.G, t.origin[l]) : nullptr;
   const int component[4] = {first_gradient + (D == 0 ? 1 : (D == 1 ? 3 : 6)),
-                            first_gradient + (D == 0 ? 2 : (D == 1 ? 5 : 7)), first_gradient + transverse_1[D],
-                            first_gradient + transverse_2[D]};
+                            first_gradient + (D == 0 ? 2 : (D == 1 ? 5 : 7)),
+                            first_gradient + transverse_1[D], first_gradient + transverse_2[D]};
   for (int i = -4; i < t.longest + 4; ++i) {
     Real* out = nodes + static_cast<Index>(i) * node_record * tile_width + l;
     const int at = i < n + 4 ? i : n + 3;
     const int inside = at < 0 ? 0 : (at >= n ? n - 1 : at);
-    const bool wall = (at < 0 && t.low[l] == LaneEnd::wall) || (at >= n && t.high[l] == LaneEnd::wall);
+    const bool wall =
+        (at < 0 && t.low[l] == LaneEnd::wall) || (at >= n && t.high[l] == LaneEnd::wall);
     if (wall) {
       const int index = at < 0 ? s.wall_low[lane] : s.wall_high[lane];
       const int layer = at < 0 ? -1 - at : at - n;
@@ -273,13 +290,15 @@ OCU_INLINE void load_lane(const Context& ctx, const SegmentBatch& s, const Segme
     int smooth = inside;
     if (at < 0 && is_mirror(kind) && -1 - at < n) smooth = -1 - at;
     if (at >= n && is_mirror(kind) && at - n < n) smooth = 2 * n - 1 - at;
-    if (kind == LaneEnd::neighbour && (at == -1 || at == n)) smooth = at;  // heat crosses the border
+    if (kind == LaneEnd::neighbour && (at == -1 || at == n))
+      smooth = at;  // heat crosses the border
     out[field_bulk * tile_width] = base[smooth * sl + field_bulk * w.sf];
     out[field_kappa * tile_width] = base[smooth * sl + field_kappa * w.sf];
     if constexpr (Visc == narrow_viscosity) {
       const double mu_gas = gas_viscosity(ctx, Scalar{base[smooth * sl + 4 * w.sf]}).v;
       out[node_mu * tile_width] = rounded(base[smooth * sl + field_mu * w.sf] + mu_gas);
-      out[field_kappa * tile_width] = rounded(out[field_kappa * tile_width] + ctx.heat_per_viscosity * mu_gas);
+      out[field_kappa * tile_width] =
+          rounded(out[field_kappa * tile_width] + ctx.heat_per_viscosity * mu_gas);
       for (int q = 0; q < 4; ++q) {
         out[(node_gradient + q) * tile_width] = g_base[inside * gl + component[q] * ctx.G.sf];
       }
@@ -345,8 +364,8 @@ void sweep_segment_batch(const Context& ctx, Real* scratch, const SegmentBatch& 
   const LineView& common = common_rows(ctx, D, t);
   constexpr int known = known_flux_faces(Eight);
   const int end = t.longest + 3, split = t.split(known);
-  lane_tail(common.flux, flux_row_size, flux_weights, ctx.flux_end, false, known, t.low, t.high, s, split, end,
-            mem.tail);
+  lane_tail(common.flux, flux_row_size, flux_weights, ctx.flux_end, false, known, t.low, t.high, s,
+            split, end, mem.tail);
   const LaneCoef coef{common.flux, mem.tail, split, mem.spacing, mem.inverse_h};
   constexpr Index step = node_record * tile_width;
   Source src{mem.nodes, tile_width, step, mem.nodes + node_mu * tile_width, {}, step};
@@ -368,7 +387,8 @@ void sweep_segment_batch(const Context& ctx, Real* scratch, const SegmentBatch& 
     given.put_high<face_record<Visc>>(s, mem.buf);
   }
   const auto sink = [&](int i, const Vec div[5]) {
-    for (int f = 0; f < 5; ++f) store(mem.pencil + (static_cast<Index>(i) * 5 + f) * tile_width, div[f]);
+    for (int f = 0; f < 5; ++f)
+      store(mem.pencil + (static_cast<Index>(i) * 5 + f) * tile_width, div[f]);
   };
   const Lanes lanes = segment_lanes<D>(ctx, s, t);
   if (lanes.active == 0) {
@@ -391,18 +411,23 @@ void sweep_segment_batch(const Context& ctx, Real* scratch, const SegmentBatch& 
 }
 
 template <int D>
-OCU_INLINE void sweep_segment_axis(const Context& ctx, Real* scratch, const SegmentBatch& s, const SegmentBatch* next) {
+OCU_INLINE void sweep_segment_axis(const Context& ctx, Real* scratch, const SegmentBatch& s,
+                                   const SegmentBatch* next) {
   if (s.aligned && !ctx.nodal_stress &&
       (ctx.eighth_order ? sweep_aligned<D, true>(ctx, scratch, s, next)
                         : sweep_aligned<D, false>(ctx, scratch, s, next))) {
     return;
   }
   if (ctx.nodal_stress) {
-    if (ctx.eighth_order) sweep_segment_batch<D, narrow_viscosity, true>(ctx, scratch, s);
-    else sweep_segment_batch<D, narrow_viscosity, false>(ctx, scratch, s);
+    if (ctx.eighth_order)
+      sweep_segment_batch<D, narrow_viscosity, true>(ctx, scratch, s);
+    else
+      sweep_segment_batch<D, narrow_viscosity, false>(ctx, scratch, s);
   } else {
-    if (ctx.eighth_order) sweep_segment_batch<D, no_viscosity, true>(ctx, scratch, s);
-    else sweep_segment_batch<D, no_viscosity, false>(ctx, scratch, s);
+    if (ctx.eighth_order)
+      sweep_segment_batch<D, no_viscosity, true>(ctx, scratch, s);
+    else
+      sweep_segment_batch<D, no_viscosity, false>(ctx, scratch, s);
   }
 }
 

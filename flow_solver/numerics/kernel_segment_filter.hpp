@@ -9,8 +9,8 @@
 namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 template <int D>
-OCU_INLINE void load_filter_lane(const Context& ctx, const SegmentBatch& s, const SegmentLanes& t, int l,
-                                 Real* pencil) {
+OCU_INLINE void load_filter_lane(const Context& ctx, const SegmentBatch& s, const SegmentLanes& t,
+                                 int l, Real* pencil) {
   const int lane = l < s.lanes ? l : 0;
   const int n = s.length[lane];
   const Real* a = ctx.A.data + offset_in(ctx.A, t.origin[l]);
@@ -27,7 +27,8 @@ OCU_INLINE void load_filter_lane(const Context& ctx, const SegmentBatch& s, cons
       for (int f = 0; f < 5; ++f) q[f] = a[at * al + f * ctx.A.sf];
     } else if (end == LaneEnd::wall) {
       const int index = low ? s.wall_low[lane] : s.wall_high[lane];
-      ghost_conserved<D>(ctx, ctx.wall_ghost[D] + (static_cast<Index>(index) * 4 + layer) * 5, 1, q);
+      ghost_conserved<D>(ctx, ctx.wall_ghost[D] + (static_cast<Index>(index) * 4 + layer) * 5, 1,
+                         q);
     } else if (end == LaneEnd::mirrored_slip && layer < n) {
       const int from = low ? layer : n - 1 - layer;
       for (int f = 0; f < 5; ++f) {
@@ -53,9 +54,10 @@ void filter_segment_batch(const Context& ctx, Real* scratch, const SegmentBatch&
   const LineView& common = common_rows(ctx, D, t);
   constexpr int known = known_filter_faces;
   const int end = t.longest + 3, split = t.split(known);
-  lane_tail(common.filter, filter_row_size, filter_weights, ctx.filter_end, true, known, t.low, t.high, s, split, end,
-            mem.tail);
-  const LaneFilter coef{common.filter, mem.tail, split, mem.jacobian, mem.inverse_h, ctx.filter_strength};
+  lane_tail(common.filter, filter_row_size, filter_weights, ctx.filter_end, true, known, t.low,
+            t.high, s, split, end, mem.tail);
+  const LaneFilter coef{common.filter, mem.tail,      split,
+                        mem.jacobian,  mem.inverse_h, ctx.filter_strength};
   const Lanes lanes = segment_lanes<D>(ctx, s, t);
   LineView open = ctx.line[D];
   open.periodic = false;
@@ -66,8 +68,8 @@ void filter_segment_batch(const Context& ctx, Real* scratch, const SegmentBatch&
     open.known_low = {.filter_faces = known, .filter = given_low.at};
   }
   if (t.goes_on) given_high.take(ctx, D, s, ctx.line[D].known_high.filter, known);
-  filter_pencil<D>(open, t.longest, -3, end, coef, mem.buf, mem.pencil, 0u, lanes.active != 0 ? &lanes : nullptr, 0,
-                   [&]() OCU_FORCE {
+  filter_pencil<D>(open, t.longest, -3, end, coef, mem.buf, mem.pencil, 0u,
+                   lanes.active != 0 ? &lanes : nullptr, 0, [&]() OCU_FORCE {
                      if (t.goes_on) given_high.put_high<filter_record>(s, mem.buf);
                    });
   const Index al = stride_along(ctx.A, D);

@@ -1,9 +1,9 @@
 #pragma once
 
-// Artificial diffusivity, once per step (seed eqs. 10-12, after Kawai and Lele 2008): explicit fourth
-// differences of the dilatation (in compression only) or of the strain rate, and of the internal
-// energy; nine-point Gaussian (Cook and Cabot 2005); cap on the diffusivities. In R: field 0 theta,
-// 1 bulk sensor, 2 heat sensor, 3 strain rate, 4 shear sensor.
+// Artificial diffusivity, once per step (seed eqs. 10-12, after Kawai and Lele 2008): explicit
+// fourth differences of the dilatation (in compression only) or of the strain rate, and of the
+// internal energy; nine-point Gaussian (Cook and Cabot 2005); cap on the diffusivities. In R: field
+// 0 theta, 1 bulk sensor, 2 heat sensor, 3 strain rate, 4 shear sensor.
 
 #include <limits>
 
@@ -12,17 +12,25 @@
 
 namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
-enum SensorField : int { sensor_theta = 0, sensor_bulk = 1, sensor_heat = 2, sensor_strain = 3, sensor_shear = 4 };
+enum SensorField : int {
+  sensor_theta = 0,
+  sensor_bulk = 1,
+  sensor_heat = 2,
+  sensor_strain = 3,
+  sensor_shear = 4
+};
 
 // Truncated Gaussian of width four cells; sum one, no response to the shortest wave.
-inline constexpr double gauss[5] = {3565.0 / 10368.0, 3091.0 / 12960.0, 1997.0 / 25920.0, 149.0 / 12960.0,
-                                    107.0 / 103680.0};
-// Spectral radius of the discrete diffusion by h^2: the compact derivative of the central dilatation
-// (largest product of both symbols), and the narrow second difference.
+inline constexpr double gauss[5] = {3565.0 / 10368.0, 3091.0 / 12960.0, 1997.0 / 25920.0,
+                                    149.0 / 12960.0, 107.0 / 103680.0};
+// Spectral radius of the discrete diffusion by h^2: the compact derivative of the central
+// dilatation (largest product of both symbols), and the narrow second difference.
 inline constexpr double bulk_radius = 1.79;
 inline constexpr double narrow_radius = 4.0;
 
-OCU_INLINE Index stride_of(const Block& b, int axis) { return axis == 0 ? 1 : (axis == 1 ? b.sj : b.sk); }
+OCU_INLINE Index stride_of(const Block& b, int axis) {
+  return axis == 0 ? 1 : (axis == 1 ? b.sj : b.sk);
+}
 
 /// Metric along an axis at node vector i0 of row j, plane k.
 OCU_INLINE Vec along(const Real* const values[3], int axis, int i0, int j, int k) {
@@ -42,7 +50,8 @@ struct Metrics {
 };
 
 /// Second-order central dilatation at the node vector w.
-OCU_INLINE Vec dilatation(const Context& ctx, const Metrics& m, const Real* w, int i0, int j, int k) {
+OCU_INLINE Vec dilatation(const Context& ctx, const Metrics& m, const Real* w, int i0, int j,
+                          int k) {
   const Block& b = ctx.W;
   Vec theta = splat(0.0);
   for (int a = 0; a < 3; ++a) {
@@ -56,27 +65,31 @@ OCU_INLINE Vec dilatation(const Context& ctx, const Metrics& m, const Real* w, i
 
 /// Sixth-order central slope of the field at p along its stride.
 OCU_INLINE Vec central_slope(const Real* p, Index s, Vec inverse_h) {
-  return (splat(45.0) * (load(p + s) - load(p - s)) - splat(9.0) * (load(p + 2 * s) - load(p - 2 * s)) +
-          (load(p + 3 * s) - load(p - 3 * s))) *
+  return (splat(45.0) * (load(p + s) - load(p - s)) -
+          splat(9.0) * (load(p + 2 * s) - load(p - 2 * s)) + (load(p + 3 * s) - load(p - 3 * s))) *
          (splat(1.0 / 60.0) * inverse_h);
 }
 
 /// Sixth-order central dilatation.
-OCU_INLINE Vec smooth_dilatation(const Context& ctx, const Metrics& m, const Real* w, int i0, int j, int k) {
+OCU_INLINE Vec smooth_dilatation(const Context& ctx, const Metrics& m, const Real* w, int i0, int j,
+                                 int k) {
   Vec theta = splat(0.0);
   for (int a = 0; a < 3; ++a) {
     if (!ctx.present[a]) continue;
-    theta = theta + central_slope(w + (1 + a) * ctx.W.sf, stride_of(ctx.W, a), along(m.inverse, a, i0, j, k));
+    theta = theta + central_slope(w + (1 + a) * ctx.W.sf, stride_of(ctx.W, a),
+                                  along(m.inverse, a, i0, j, k));
   }
   return theta;
 }
 
 OCU_INLINE Vec fourth_difference(const Real* p, Index s) {
-  return (load(p - 2 * s) + load(p + 2 * s)) - splat(4.0) * (load(p - s) + load(p + s)) + splat(6.0) * load(p);
+  return (load(p - 2 * s) + load(p + 2 * s)) - splat(4.0) * (load(p - s) + load(p + s)) +
+         splat(6.0) * load(p);
 }
 
 /// Magnitude of the strain rate tensor, seed eq. 12.
-OCU_INLINE Vec strain_rate(const Context& ctx, const Metrics& m, const Real* w, int i0, int j, int k) {
+OCU_INLINE Vec strain_rate(const Context& ctx, const Metrics& m, const Real* w, int i0, int j,
+                           int k) {
   Vec g[3][3];
   const Block& b = ctx.W;
   for (int a = 0; a < 3; ++a) {
@@ -108,7 +121,8 @@ inline void bulk_rows(const Context& shared, int k, int j0, int j1) {
     for (int t = 0; t < ctx.tiles; ++t) {
       const int i0 = t * tile_width;
       const Real* w = row - field_bulk * b.sf + i0;
-      const Vec theta = ctx.paper ? smooth_dilatation(ctx, m, w, i0, j, k) : dilatation(ctx, m, w, i0, j, k);
+      const Vec theta =
+          ctx.paper ? smooth_dilatation(ctx, m, w, i0, j, k) : dilatation(ctx, m, w, i0, j, k);
       store(row + i0, -(load(w + field_beta * b.sf) * theta));
     }
     const LineView& x = ctx.line[0];
@@ -226,7 +240,8 @@ inline void sensor_rows(const Context& shared, int k, int j0, int j1) {
         const Vec h = along(m.h, a, i0, j, k);
         bulk = bulk + h * h * fourth_difference(bulk_of, stride_of(r, a));
         heat = heat + h * fourth_difference(T, stride_of(ctx.W, a));
-        if (ctx.need_strain) shear = shear + h * h * fourth_difference(at + sensor_strain * r.sf, stride_of(r, a));
+        if (ctx.need_strain)
+          shear = shear + h * h * fourth_difference(at + sensor_strain * r.sf, stride_of(r, a));
       }
       bulk = vabs(bulk);
       if (!ctx.strain_sensor) bulk = select(less(load(at + sensor_theta * r.sf), zero), bulk, zero);
@@ -257,8 +272,8 @@ struct Diffusivity {
 };
 
 /// Coefficients of one node vector from the averaged sensors; returns the diffusion rate.
-OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Diffusivity& s, int i0, int j,
-                                  int k) {
+OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Diffusivity& s,
+                                  int i0, int j, int k) {
   const Block& b = ctx.W;
   Real* w = b.data + i0 + j * b.sj + k * b.sk;
   const Vec rho = load(w), T = load(w + 4 * b.sf);
@@ -290,7 +305,8 @@ OCU_INLINE Vec store_coefficients(const Context& ctx, const Metrics& m, const Di
   return vmax(motion, heat);
 }
 
-inline void diffusivity_rows(const Context& shared, Real* scratch, int k, int j0, int j1, PlaneMaxima& out) {
+inline void diffusivity_rows(const Context& shared, Real* scratch, int k, int j0, int j1,
+                             PlaneMaxima& out) {
   const Context ctx = shared;
   const Metrics m(ctx);
   const Block& r = ctx.R;
@@ -316,7 +332,8 @@ inline void diffusivity_rows(const Context& shared, Real* scratch, int k, int j0
     for (int f = 0; f < fields; ++f) {
       const Real* from = averaged_z + (static_cast<Index>(j - low) * 3 + f) * width;
       for (Index i = 0; i < width; i += tile_width) {
-        store(averaged_y + f * width + i, ctx.present[1] ? gauss_sum(from + i, 3 * width) : load(from + i));
+        store(averaged_y + f * width + i,
+              ctx.present[1] ? gauss_sum(from + i, 3 * width) : load(from + i));
       }
     }
     for (int t = 0; t < ctx.tiles; ++t) {

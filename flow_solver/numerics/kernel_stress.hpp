@@ -1,10 +1,10 @@
 #pragma once
 
 // Viscous stress and heat flux at nodes (seed eqs. 8 and 9), from sixth-order differences in index
-// space over the metric; they join the convective fluxes in the compact solve, so that viscous terms
-// are of sixth order on smooth non-uniform grids. Fields of G: the stress xx xy xz yy yz zz, then the
-// energy flux u tau + q per direction; with bodies the nine velocity gradients behind them, for the
-// second-order fluxes of cut lines.
+// space over the metric; they join the convective fluxes in the compact solve, so that viscous
+// terms are of sixth order on smooth non-uniform grids. Fields of G: the stress xx xy xz yy yz zz,
+// then the energy flux u tau + q per direction; with bodies the nine velocity gradients behind
+// them, for the second-order fluxes of cut lines.
 
 #include "flow_solver/numerics/kernel_sensor.hpp"
 
@@ -35,7 +35,8 @@ OCU_INLINE void store_stress(const Context& ctx, const Metrics& m, int i0, int j
   Vec kappa = mu_gas * splat(ctx.heat_per_viscosity);
   if (ctx.paper) kappa = kappa + load(w + field_kappa * b.sf);
   // Seed eq. 8 has the gas's mu alone in the last term; with mu + mu* the stress is free of trace.
-  const Vec spherical = splat(2.0 / 3.0) * (ctx.paper ? mu_gas : mu) * (g[0][0] + g[1][1] + g[2][2]);
+  const Vec spherical =
+      splat(2.0 / 3.0) * (ctx.paper ? mu_gas : mu) * (g[0][0] + g[1][1] + g[2][2]);
   Vec tau[3][3];
   for (int a = 0; a < 3; ++a) {
     for (int d = a; d < 3; ++d) tau[a][d] = tau[d][a] = mu * (g[a][d] + g[d][a]);
@@ -52,9 +53,10 @@ OCU_INLINE void store_stress(const Context& ctx, const Metrics& m, int i0, int j
   }
 }
 
-/// Ghosts of the stress beyond one end of lines along D; w and g at the node next to the end, `step`
-/// and `gstep` one node inwards. A slip wall and a plane of symmetry mirror it, a no-slip wall is
-/// reached by the odd continuation about the flux at the wall, an open end takes the first ghost.
+/// Ghosts of the stress beyond one end of lines along D; w and g at the node next to the end,
+/// `step` and `gstep` one node inwards. A slip wall and a plane of symmetry mirror it, a no-slip
+/// wall is reached by the odd continuation about the flux at the wall, an open end takes the first
+/// ghost.
 template <int D, class T>
 OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool low, const Real* w,
                                 Index step, Real* g, Index gstep, int n) {
@@ -93,7 +95,8 @@ OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool l
   const auto slope = [&](int f, double value) {
     const Real* p = w + f * sf;
     return (A::all(wall_slope[0] * value) + A::all(wall_slope[1]) * A::get(p) +
-            A::all(wall_slope[2]) * A::get(p + step) + A::all(wall_slope[3]) * A::get(p + 2 * step)) *
+            A::all(wall_slope[2]) * A::get(p + step) +
+            A::all(wall_slope[3]) * A::get(p + 2 * step)) *
            A::all(wall.inverse_spacing);
   };
   const bool isothermal = wall.temperature > 0.0;
@@ -101,7 +104,8 @@ OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool l
   const T mu_gas = gas_viscosity(ctx, T_wall);
   const T mu = mu_gas + A::get(w + field_mu * sf);
   T at_wall[4];
-  at_wall[3] = isothermal ? mu_gas * A::all(ctx.heat_per_viscosity) * slope(4, wall.temperature) : A::all(0.0);
+  at_wall[3] = isothermal ? mu_gas * A::all(ctx.heat_per_viscosity) * slope(4, wall.temperature)
+                          : A::all(0.0);
   for (int a = 0; a < 3; ++a) {
     if (a == D) continue;
     at_wall[a] = A::all(0.0);
@@ -119,8 +123,8 @@ OCU_INLINE void fill_stress_end(const Context& ctx, const LineView& line, bool l
   }
 }
 
-/// Stress of rows [j0, j1) of plane k with the ghosts of their x lines; with the first ghost rows of open
-/// y ends next to the first and the last row.
+/// Stress of rows [j0, j1) of plane k with the ghosts of their x lines; with the first ghost rows
+/// of open y ends next to the first and the last row.
 inline void stress_rows(const Context& shared, int k, int j0, int j1) {
   const Context ctx = shared;
   const Metrics m(ctx);
@@ -155,7 +159,8 @@ inline void stress_ends_y(const Context& shared, int k) {
     Real* g = ctx.G.data + t * tile_width + k * ctx.G.sk;
     const Index last = n1 - 1;
     fill_stress_end<1, Vec>(ctx, y, true, w, ctx.W.sj, g, ctx.G.sj, n1);
-    fill_stress_end<1, Vec>(ctx, y, false, w + last * ctx.W.sj, -ctx.W.sj, g + last * ctx.G.sj, -ctx.G.sj, n1);
+    fill_stress_end<1, Vec>(ctx, y, false, w + last * ctx.W.sj, -ctx.W.sj, g + last * ctx.G.sj,
+                            -ctx.G.sj, n1);
   }
 }
 
@@ -168,8 +173,8 @@ inline void stress_ends_z(const Context& shared, int j) {
     const Real* w = ctx.W.data + t * tile_width + j * ctx.W.sj;
     Real* g = ctx.G.data + t * tile_width + j * ctx.G.sj;
     fill_stress_end<2, Vec>(ctx, z, true, w, ctx.W.sk, g, ctx.G.sk, ctx.n[2]);
-    fill_stress_end<2, Vec>(ctx, z, false, w + last * ctx.W.sk, -ctx.W.sk, g + last * ctx.G.sk, -ctx.G.sk,
-                            ctx.n[2]);
+    fill_stress_end<2, Vec>(ctx, z, false, w + last * ctx.W.sk, -ctx.W.sk, g + last * ctx.G.sk,
+                            -ctx.G.sk, ctx.n[2]);
   }
 }
 

@@ -7,8 +7,8 @@
 
 namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
-/// Vectors per node in a transposed block: primitives, bulk, kappa, mu (cut lines), four gradients or
-/// stresses.
+/// Vectors per node in a transposed block: primitives, bulk, kappa, mu (cut lines), four gradients
+/// or stresses.
 inline constexpr int node_record = 12;
 inline constexpr int node_mu = 7;
 inline constexpr int node_gradient = 8;
@@ -19,9 +19,13 @@ OCU_INLINE Index face_doubles(const Context& ctx) {
   return static_cast<Index>(longest + 24) * largest_face_record * tile_width;
 }
 /// Face 0 of the buffer at the head of the scratch.
-OCU_INLINE Real* face_zero(Real* scratch) { return scratch + face_margin * largest_face_record * tile_width; }
+OCU_INLINE Real* face_zero(Real* scratch) {
+  return scratch + face_margin * largest_face_record * tile_width;
+}
 
-OCU_INLINE Index mark_row(const Context& ctx) { return static_cast<Index>(ctx.mask_tiles) * tile_width; }
+OCU_INLINE Index mark_row(const Context& ctx) {
+  return static_cast<Index>(ctx.mask_tiles) * tile_width;
+}
 OCU_INLINE Index mark_at(const Context& ctx, int i, int j, int k) {
   return (static_cast<Index>(k) * ctx.mask_rows + j) * mark_row(ctx) + i;
 }
@@ -33,7 +37,8 @@ OCU_INLINE UniformCoef uniform_coef(const LineView& line) {
   return {line.flux, line.inverse_face_spacing, line.inverse_jacobian};
 }
 
-/// Number of the group of tile_width lines along D through node (i, j, k), as in Context::line_marked.
+/// Number of the group of tile_width lines along D through node (i, j, k), as in
+/// Context::line_marked.
 template <int D>
 OCU_INLINE Index line_group(const Context& ctx, int i, int j, int k) {
   if (D == 0) return static_cast<Index>(k) * ctx.mask_groups + j / tile_width;
@@ -54,11 +59,14 @@ OCU_INLINE Lanes whole_lanes(const Context& ctx, int i, int j, int k, unsigned a
   s.active = active;
   const Index group = line_group<D>(ctx, i, j, k);
   if (ctx.line[D].known_low.marked != nullptr) s.low_marked = ctx.line[D].known_low.marked[group];
-  if (ctx.line[D].known_high.marked != nullptr) s.high_marked = ctx.line[D].known_high.marked[group];
+  if (ctx.line[D].known_high.marked != nullptr)
+    s.high_marked = ctx.line[D].known_high.marked[group];
   for (int l = 0; l < tile_width; ++l) {
     int ii = i, jj = j;
-    if (D == 0) jj = j + l < ctx.n[1] ? j + l : ctx.n[1] - 1;
-    else ii = i + l;
+    if (D == 0)
+      jj = j + l < ctx.n[1] ? j + l : ctx.n[1] - 1;
+    else
+      ii = i + l;
     s.q[l] = q.data + ii + jj * q.sj + k * q.sk;
     s.mark[l] = ctx.mark + mark_at(ctx, ii, jj, k);
     s.n[l] = ctx.n[D];
@@ -83,7 +91,8 @@ OCU_INLINE unsigned existing(int first, int n) {
 }
 
 /// Four nodes of one field of a tile of x-lines to one vector per node.
-OCU_INLINE void rows_to_nodes(const Real* const row[tile_width], Index offset, Real* out, Index step) {
+OCU_INLINE void rows_to_nodes(const Real* const row[tile_width], Index offset, Real* out,
+                              Index step) {
   Vec r[4];
   load_four_columns(row, offset, r);
   for (int a = 0; a < 4; ++a) store(out + a * step, r[a]);
@@ -91,8 +100,9 @@ OCU_INLINE void rows_to_nodes(const Real* const row[tile_width], Index offset, R
 
 /// Nodes i0 + [first, last) of a tile, rounded outwards to fours.
 template <int Visc>
-OCU_INLINE void load_x_block(const Context& ctx, const Real* const row[tile_width], const Real* const g_row[tile_width],
-                             int i0, int first, int last, Real* block) {
+OCU_INLINE void load_x_block(const Context& ctx, const Real* const row[tile_width],
+                             const Real* const g_row[tile_width], int i0, int first, int last,
+                             Real* block) {
   constexpr Index step = node_record * tile_width;
   const auto bring = [&](const Real* const rows[tile_width], Index field, int slot) OCU_FORCE {
     for (int a = first / 4 * 4; a < last; a += 4) {
@@ -113,21 +123,24 @@ struct XRows {
   const Real* w[tile_width];
   const Real* g[tile_width];
   const Real* next[tile_width];
-  Index sk, lines, parts;  ///< of the primitives: stride of planes, cache lines of a row, blocks of a walk
+  Index sk, lines,
+      parts;  ///< of the primitives: stride of planes, cache lines of a row, blocks of a walk
   OCU_INLINE XRows(const Context& ctx, int k, int j0, int last)
-      : sk(ctx.present[2] ? ctx.W.sk : 0), lines((n_stage_fields - 1) * ctx.W.sf / tile_width),
+      : sk(ctx.present[2] ? ctx.W.sk : 0),
+        lines((n_stage_fields - 1) * ctx.W.sf / tile_width),
         parts(last / tile_width + 2) {
     for (int l = 0; l < tile_width; ++l) {
       const int j = j0 + l < ctx.n[1] ? j0 + l : ctx.n[1] - 1, later = j0 + tile_width + 1 + l;
       r[l] = ctx.X.data + j * ctx.X.sj + k * ctx.X.sk;
       w[l] = ctx.W.data + j * ctx.W.sj + k * ctx.W.sk;
       g[l] = ctx.G.data == nullptr ? nullptr : ctx.G.data + j * ctx.G.sj + k * ctx.G.sk;
-      next[l] = ctx.W.data + (later < ctx.n[1] ? later * ctx.W.sj : (later - ctx.n[1]) * ctx.W.sj + ctx.W.sk) +
+      next[l] = ctx.W.data +
+                (later < ctx.n[1] ? later * ctx.W.sj : (later - ctx.n[1]) * ctx.W.sj + ctx.W.sk) +
                 k * ctx.W.sk - tile_width;
     }
   }
-  /// Asks for block `part` of the later rows, line after line: the machine's own prefetcher sees streams.
-  /// Of the planes around it the dilatation takes the third velocity.
+  /// Asks for block `part` of the later rows, line after line: the machine's own prefetcher sees
+  /// streams. Of the planes around it the dilatation takes the third velocity.
   OCU_INLINE void prefetch(int part, Index sf) const {
     const Index begin = lines * part / parts, end = lines * (part + 1) / parts;
     for (int l = 0; l < tile_width; ++l) {
@@ -153,7 +166,8 @@ void sweep_x_group(const Context& shared, Real* scratch, int k, int group) {
   if ((cut & rows) == rows) {
     for (int l = 0; l < tile_width && ((rows >> l) & 1u) != 0; ++l) {
       for (int f = 0; f < 5; ++f) {
-        for (int t = 0; t < ctx.tiles; ++t) store(row.r[l] + f * ctx.X.sf + t * tile_width, splat(0.0));
+        for (int t = 0; t < ctx.tiles; ++t)
+          store(row.r[l] + f * ctx.X.sf + t * tile_width, splat(0.0));
       }
     }
     for (Index part = 0; part < row.parts; ++part) row.prefetch(static_cast<int>(part), ctx.W.sf);
@@ -204,7 +218,8 @@ void sweep_x_group(const Context& shared, Real* scratch, int k, int group) {
     backward<0, Visc>(n, line.face_end, coef, buf, sink);
   } else {
     const Lanes lanes = whole_lanes<0>(ctx, 0, j0, k, marked);
-    backward_slow<0, Visc>(shared, line, n, line.face_end, coef, buf, marked != 0 ? &lanes : nullptr, sink);
+    backward_slow<0, Visc>(shared, line, n, line.face_end, coef, buf,
+                           marked != 0 ? &lanes : nullptr, sink);
   }
 }
 
@@ -227,17 +242,17 @@ OCU_INLINE Source whole_source(const Context& ctx, int i0, int j, int k) {
 /// One column of tiles along y or z.
 struct Column {
   int i0, tile;
-  int j, k;              ///< its row or plane; 0 along the column
-  unsigned cut;          ///< lanes whose line is cut
-  unsigned marked;       ///< lanes with first-order faces
-  bool solved;           ///< whether any lane's line is whole
-  bool plain;            ///< no marks and no periodic ends in it: the fast backward pass
+  int j, k;            ///< its row or plane; 0 along the column
+  unsigned cut;        ///< lanes whose line is cut
+  unsigned marked;     ///< lanes with first-order faces
+  bool solved;         ///< whether any lane's line is whole
+  bool plain;          ///< no marks and no periodic ends in it: the fast backward pass
   Real *buf, *pencil;  ///< scratch: faces, and along z the new state in the last stage (or null)
 };
 
-/// Columns that are swept together, and the nodes that one of them walks before the next one goes on:
-/// a single column takes one cache line of every row, and rows lie a page or more apart, which the
-/// memory delivers at a third of its speed.
+/// Columns that are swept together, and the nodes that one of them walks before the next one goes
+/// on: a single column takes one cache line of every row, and rows lie a page or more apart, which
+/// the memory delivers at a third of its speed.
 inline constexpr int column_group = 4;
 inline constexpr int column_walk = 8;
 
@@ -277,8 +292,8 @@ template <int D, int Visc, bool Eight>
   for (int t = 0; t < count; ++t) {
     if (!cols[t].solved) continue;
     end_forward<D>(state[t], walk.last, walk.missing_high, coef, cols[t].buf);
-    store_known_fluxes<face_record<Visc>>(line, ctx.n[D], line_group<D>(ctx, cols[t].i0, cols[t].j, cols[t].k),
-                                          cols[t].buf);
+    store_known_fluxes<face_record<Visc>>(
+        line, ctx.n[D], line_group<D>(ctx, cols[t].i0, cols[t].j, cols[t].k), cols[t].buf);
   }
 }
 
@@ -289,8 +304,10 @@ OCU_INLINE void add_y(const Context& ctx, const Column& col, int j, const Vec di
   for (int f = 0; f < 5; ++f) {
     const Vec d = col.cut != 0 ? select(col.cut, splat(0.0), div[f]) : div[f];
     const Vec sum = load(from + f * ctx.X.sf) + d;
-    if (ctx.stream) store_past_caches(at + f * ctx.R.sf, sum);
-    else store(at + f * ctx.R.sf, sum);
+    if (ctx.stream)
+      store_past_caches(at + f * ctx.R.sf, sum);
+    else
+      store(at + f * ctx.R.sf, sum);
   }
 }
 
@@ -356,15 +373,19 @@ void sweep_y_tiles(const Context& ctx, Real* scratch, int k, int tile, int count
 }
 
 /// Picks the instantiation for the options of a run.
-#define OCU_VARIANT(ctx, call, ...)                                       \
-  do {                                                                    \
-    if ((ctx).nodal_stress) {                                             \
-      if ((ctx).eighth_order) call<nodal_viscosity, true>(__VA_ARGS__);   \
-      else call<nodal_viscosity, false>(__VA_ARGS__);                     \
-    } else {                                                              \
-      if ((ctx).eighth_order) call<no_viscosity, true>(__VA_ARGS__);      \
-      else call<no_viscosity, false>(__VA_ARGS__);                        \
-    }                                                                     \
+#define OCU_VARIANT(ctx, call, ...)                \
+  do {                                             \
+    if ((ctx).nodal_stress) {                      \
+      if ((ctx).eighth_order)                      \
+        call<nodal_viscosity, true>(__VA_ARGS__);  \
+      else                                         \
+        call<nodal_viscosity, false>(__VA_ARGS__); \
+    } else {                                       \
+      if ((ctx).eighth_order)                      \
+        call<no_viscosity, true>(__VA_ARGS__);     \
+      else                                         \
+        call<no_viscosity, false>(__VA_ARGS__);    \
+    }                                              \
   } while (false)
 
 inline void sweep_x(const Context& ctx, Real* scratch, int k, int g0, int g1) {

@@ -9,13 +9,14 @@ namespace ocublast::flow::inline OCU_PRECISION::OCU_ISA {
 
 // Classical fourth-order Runge-Kutta with stage states q1 .. q3: q(s+1) = q^n - a dt R(q(s)), and
 // q^n+1 = (q1 + 2 q2 + q3 - q^n) / 3 - dt/6 R(q3). A holds the bracket, begun in the second stage:
-// the first one stores nothing (q1 is known from the primitives), the last one needs no q^n. In single
-// precision A holds what the bracket adds to q^n instead: thirds of whole states would move gas at rest by
-// a rounding error per step, always the same way.
+// the first one stores nothing (q1 is known from the primitives), the last one needs no q^n. In
+// single precision A holds what the bracket adds to q^n instead: thirds of whole states would move
+// gas at rest by a rounding error per step, always the same way.
 inline constexpr double stage_a[4] = {0.5, 0.5, 1.0, 1.0 / 6.0};
 inline constexpr double third = 1.0 / 3.0;
 
-[[gnu::noinline]] inline long note_failures(const Context& ctx, unsigned bad, int i0, int j, int k) {
+[[gnu::noinline]] inline long note_failures(const Context& ctx, unsigned bad, int i0, int j,
+                                            int k) {
   long count = 0;
   for (int l = 0; l < tile_width; ++l) {
     if (((bad >> l) & 1u) == 0) continue;
@@ -41,7 +42,8 @@ OCU_INLINE unsigned store_primitives(const Context& ctx, const Vec q[5], Real* w
     const Vec limit = splat(ctx.drop_limit) * old_rho;
     const Vec p_limit = limit * (old_T * splat(ctx.gas_constant));
     bad = (not_at_least(q[0], vmax(limit, splat(ctx.floor_rho))) |
-           not_at_least(p, vmax(p_limit, splat(ctx.floor_p)))) & fluid;
+           not_at_least(p, vmax(p_limit, splat(ctx.floor_p)))) &
+          fluid;
   }
   const Vec out[5] = {q[0], u, v, ww, T};
   if (fluid == all_lanes) {
@@ -65,8 +67,8 @@ struct NodePlaces {
 /// One node vector of the update from the whole divergence R. In the last stage the new state goes
 /// to `line` (a pencil's node), or to A if that is null. Returns the bits of failed lanes.
 template <int Stage>
-OCU_INLINE unsigned update_node(const Context& ctx, const NodePlaces& at, unsigned fluid, const Vec R[5],
-                                Real* line) {
+OCU_INLINE unsigned update_node(const Context& ctx, const NodePlaces& at, unsigned fluid,
+                                const Vec R[5], Real* line) {
   const Vec step = splat(stage_a[Stage] * ctx.dt);
   Vec q[5];
   if constexpr (Stage == 3) {
@@ -89,12 +91,16 @@ OCU_INLINE unsigned update_node(const Context& ctx, const NodePlaces& at, unsign
       Real* a = at.a + f * ctx.A.sf;
       if constexpr (Stage == 1) {
         Vec sum;
-        if constexpr (is_single) sum = splat(third) * nmadd(splat(2.0) * step, R[f], q1[f] - qn);
-        else sum = splat(third) * (madd(splat(2.0), q[f], q1[f]) - qn);
+        if constexpr (is_single)
+          sum = splat(third) * nmadd(splat(2.0) * step, R[f], q1[f] - qn);
+        else
+          sum = splat(third) * (madd(splat(2.0), q[f], q1[f]) - qn);
         // Ghosts of bodies are no state of the stages.
         if (fluid != all_lanes) sum = select(fluid, sum, is_single ? splat(0.0) : qn);
-        if (ctx.stream) store_past_caches(a, sum);
-        else store(a, sum);
+        if (ctx.stream)
+          store_past_caches(a, sum);
+        else
+          store(a, sum);
       }
       if constexpr (Stage == 2) {
         Vec part = is_single ? -(step * R[f]) : q[f];
@@ -107,16 +113,20 @@ OCU_INLINE unsigned update_node(const Context& ctx, const NodePlaces& at, unsign
 }
 
 /// The same for any stage, with lanes that are no gas: their divergence is taken as zero.
-OCU_INLINE unsigned update_masked_node(const Context& ctx, const NodePlaces& at, unsigned fluid, Vec R[5],
-                                       Real* line) {
+OCU_INLINE unsigned update_masked_node(const Context& ctx, const NodePlaces& at, unsigned fluid,
+                                       Vec R[5], Real* line) {
   if (fluid != all_lanes) {
     for (int f = 0; f < 5; ++f) R[f] = select(fluid, R[f], splat(0.0));
   }
   switch (ctx.stage) {
-    case 0: return update_node<0>(ctx, at, fluid, R, line);
-    case 1: return update_node<1>(ctx, at, fluid, R, line);
-    case 2: return update_node<2>(ctx, at, fluid, R, line);
-    default: return update_node<3>(ctx, at, fluid, R, line);
+    case 0:
+      return update_node<0>(ctx, at, fluid, R, line);
+    case 1:
+      return update_node<1>(ctx, at, fluid, R, line);
+    case 2:
+      return update_node<2>(ctx, at, fluid, R, line);
+    default:
+      return update_node<3>(ctx, at, fluid, R, line);
   }
 }
 
@@ -151,7 +161,8 @@ template <int Visc, int Stage>
   const Index fluid_step = static_cast<Index>(ctx.mask_rows) * ctx.mask_tiles;
   Backward state[column_group];
   for (int t = 0; t < count; ++t) {
-    if (cols[t].solved && cols[t].plain) start_backward<2, Visc>(state[t], n, line.face_end, coef, cols[t].buf);
+    if (cols[t].solved && cols[t].plain)
+      start_backward<2, Visc>(state[t], n, line.face_end, coef, cols[t].buf);
   }
   long failures = 0;
   for (int high = n - 1; high >= 0; high -= column_walk) {
@@ -161,7 +172,8 @@ template <int Visc, int Stage>
       if (!col.plain) continue;
       for (int k = low - 1 - t; k >= 0 && k >= low - column_walk; k -= count) {
         const NodePlaces at(ctx, cols[0].i0, col.j, k);
-        prefetch_rows(ctx.R.data + cols[0].i0 + col.j * ctx.R.sj + k * ctx.R.sk, ctx.R.sf, 5, count);
+        prefetch_rows(ctx.R.data + cols[0].i0 + col.j * ctx.R.sj + k * ctx.R.sk, ctx.R.sf, 5,
+                      count);
         if constexpr (Stage != 3 || is_single) prefetch_rows(at.q, ctx.Q.sf, 5, count);
         if constexpr (Stage >= 2) prefetch_rows(at.a, ctx.A.sf, 5, count);
       }
@@ -178,8 +190,9 @@ template <int Visc, int Stage>
         if (gas != all_lanes) {
           for (int f = 0; f < 5; ++f) R[f] = select(gas, R[f], splat(0.0));
         }
-        Real* to =
-            Stage == 3 && col.pencil != nullptr ? col.pencil + static_cast<Index>(k) * 5 * tile_width : nullptr;
+        Real* to = Stage == 3 && col.pencil != nullptr
+                       ? col.pencil + static_cast<Index>(k) * 5 * tile_width
+                       : nullptr;
         const unsigned bad = update_node<Stage>(ctx, NodePlaces(ctx, col.i0, col.j, k), gas, R, to);
         if (bad != 0) failures += note_failures(shared, bad, col.i0, col.j, k);
       };
@@ -206,7 +219,8 @@ template <int Visc>
     for (int f = 0; f < 5; ++f) {
       R[f] = load(r + k * ctx.R.sk + f * ctx.R.sf) + select(col.cut, splat(0.0), div[f]);
     }
-    Real* to = col.pencil != nullptr ? col.pencil + static_cast<Index>(k) * 5 * tile_width : nullptr;
+    Real* to =
+        col.pencil != nullptr ? col.pencil + static_cast<Index>(k) * 5 * tile_width : nullptr;
     const unsigned bad = update_masked_node(ctx, NodePlaces(ctx, col.i0, col.j, k),
                                             ctx.fluid[tile_at(ctx, col.tile, col.j, k)], R, to);
     if (bad != 0) failures += note_failures(ctx, bad, col.i0, col.j, k);
@@ -228,13 +242,16 @@ template <int Visc>
     const Index flag = static_cast<Index>(col.j) * ctx.mask_tiles + col.tile;
     const unsigned marked = ctx.any_mark ? ctx.line_marked[2][flag] & columns : 0u;
     const Lanes lanes = whole_lanes<2>(ctx, col.i0, col.j, 0, marked);
-    filter_line(line, n, UniformFilter{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength},
-                col.buf, col.pencil, col.cut | ~columns, marked != 0 ? &lanes : nullptr, flag);
+    filter_line(
+        line, n,
+        UniformFilter{line.filter, line.face_jacobian, line.inverse_jacobian, ctx.filter_strength},
+        col.buf, col.pencil, col.cut | ~columns, marked != 0 ? &lanes : nullptr, flag);
   }
   Real* a = ctx.A.data + col.i0 + col.j * ctx.A.sj;
   for (int k = 0; k < n; ++k) {
     for (int f = 0; f < 5; ++f) {
-      store(a + k * ctx.A.sk + f * ctx.A.sf, load(col.pencil + (static_cast<Index>(k) * 5 + f) * tile_width));
+      store(a + k * ctx.A.sk + f * ctx.A.sf,
+            load(col.pencil + (static_cast<Index>(k) * 5 + f) * tile_width));
     }
   }
 }
@@ -244,8 +261,8 @@ inline long update_flat(const Context& ctx, int j, int tile) {
   const int i0 = tile * tile_width;
   Vec R[5];
   for (int f = 0; f < 5; ++f) R[f] = load(ctx.R.data + i0 + j * ctx.R.sj + f * ctx.R.sf);
-  const unsigned bad =
-      update_masked_node(ctx, NodePlaces(ctx, i0, j, 0), ctx.fluid[tile_at(ctx, tile, j, 0)], R, nullptr);
+  const unsigned bad = update_masked_node(ctx, NodePlaces(ctx, i0, j, 0),
+                                          ctx.fluid[tile_at(ctx, tile, j, 0)], R, nullptr);
   return bad != 0 ? note_failures(ctx, bad, i0, j, 0) : 0;
 }
 
@@ -271,7 +288,8 @@ OCU_INLINE Column make_column(const Context& ctx, Real* scratch, int j, int tile
   col.buf = face_zero(scratch + slot * face_doubles(ctx));
   if (ctx.stage == 3 && ctx.filter) {
     // Node 0 of the filter's line.
-    col.pencil = scratch + column_group * face_doubles(ctx) + slot * pencil_doubles(ctx) + 4 * 5 * tile_width;
+    col.pencil = scratch + column_group * face_doubles(ctx) + slot * pencil_doubles(ctx) +
+                 4 * 5 * tile_width;
   }
   return col;
 }

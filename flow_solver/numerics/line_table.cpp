@@ -11,18 +11,22 @@ struct FluxWeights {
 };
 // Lele (1992) sixth order in flux form, and its eighth-order tridiagonal relative.
 constexpr FluxWeights sixth{1.0 / 3.0, 29.0 / 36.0, 1.0 / 36.0, 0.0};
-constexpr FluxWeights eighth{3.0 / 8.0, 25.0 / 32.0 + 1.0 / 20.0 - 1.0 / 480.0, 1.0 / 20.0 - 1.0 / 480.0,
-                             -1.0 / 480.0};
+constexpr FluxWeights eighth{3.0 / 8.0, 25.0 / 32.0 + 1.0 / 20.0 - 1.0 / 480.0,
+                             1.0 / 20.0 - 1.0 / 480.0, -1.0 / 480.0};
 
 /// Right-side weights of the filter of order 2 m in flux form: (-1)^(m+1) (1 - 2 alpha) / 4^m times
 /// the difference of order 2 m - 1, written in pairs phi(j+p-1) - phi(j-p), p = 1..4.
 std::array<double, 4> weights_of_filter(int m, double alpha) {
   const double s = 1.0 - 2.0 * alpha;
   switch (m) {
-    case 1: return {s / 4.0, 0.0, 0.0, 0.0};
-    case 2: return {3.0 * s / 16.0, -s / 16.0, 0.0, 0.0};
-    case 3: return {10.0 * s / 64.0, -5.0 * s / 64.0, s / 64.0, 0.0};
-    default: return {35.0 * s / 256.0, -21.0 * s / 256.0, 7.0 * s / 256.0, -s / 256.0};
+    case 1:
+      return {s / 4.0, 0.0, 0.0, 0.0};
+    case 2:
+      return {3.0 * s / 16.0, -s / 16.0, 0.0, 0.0};
+    case 3:
+      return {10.0 * s / 64.0, -5.0 * s / 64.0, s / 64.0, 0.0};
+    default:
+      return {35.0 * s / 256.0, -21.0 * s / 256.0, 7.0 * s / 256.0, -s / 256.0};
   }
 }
 
@@ -48,17 +52,20 @@ struct ClassRows {
   }
   void clear(int j, double lower) const {
     set(j, 1.0, lower, 0.0);
-    double* row = &rows[static_cast<std::size_t>(j + table_offset) * static_cast<std::size_t>(row_size) +
-                        static_cast<std::size_t>(parity_class * (n_weights + 3))];
+    double* row =
+        &rows[static_cast<std::size_t>(j + table_offset) * static_cast<std::size_t>(row_size) +
+              static_cast<std::size_t>(parity_class * (n_weights + 3))];
     for (int m = 0; m < n_weights; ++m) row[m] = 0.0;
   }
 };
 
 /// Eliminates tri(alpha, 1, alpha) with the end rows of one class; `known` faces at known ends.
-void eliminate(const ClassRows& out, const LineTable& t, LineEnd low, LineEnd high, bool filter, int known) {
+void eliminate(const ClassRows& out, const LineTable& t, LineEnd low, LineEnd high, bool filter,
+               int known) {
   double c_before = 0.0;
   for (int j = t.face_begin; j <= t.face_end; ++j) {
-    const bool below = low == LineEnd::known && j < known, above = high == LineEnd::known && j > t.n - known;
+    const bool below = low == LineEnd::known && j < known,
+               above = high == LineEnd::known && j > t.n - known;
     if (below || above) {
       // A row without right side. Below, it hands on the value that the walk starts with.
       out.clear(j, below ? -1.0 : 0.0);
@@ -71,8 +78,12 @@ void eliminate(const ClassRows& out, const LineTable& t, LineEnd low, LineEnd hi
     const auto close = [&](LineEnd end, double& inwards, double& outwards) {
       outwards = 0.0;
       switch (mirror_row(out.parity_class, end == LineEnd::held_wall, filter)) {
-        case MirrorRow::zero: inwards = pivot = 0.0; break;
-        case MirrorRow::even: inwards *= 2.0; break;
+        case MirrorRow::zero:
+          inwards = pivot = 0.0;
+          break;
+        case MirrorRow::even:
+          inwards *= 2.0;
+          break;
         case MirrorRow::held:
           pivot = 1.0 / (1.0 + 2.0 * inwards);
           inwards = 0.0;
@@ -91,7 +102,8 @@ void eliminate(const ClassRows& out, const LineTable& t, LineEnd low, LineEnd hi
 
 /// Cyclic system by a rank-one update (Sherman and Morrison): rows of the plain system with changed
 /// corners, and the correction vector z with its scale.
-void eliminate_periodic(const ClassRows& out, int n, std::vector<double>& z, double& last, double& scale) {
+void eliminate_periodic(const ClassRows& out, int n, std::vector<double>& z, double& last,
+                        double& scale) {
   // Corner -1 makes the first diagonal 2 and the last 1 + alpha^2: both stay away from zero.
   constexpr double corner = -1.0;
   const double alpha = out.alpha[table_offset];
@@ -110,7 +122,8 @@ void eliminate_periodic(const ClassRows& out, int n, std::vector<double>& z, dou
     z[s] = pivot * (rhs - (j == 0 ? 0.0 : lower * z[s - 1]));
   }
   for (int j = n - 2; j >= 0; --j) {
-    z[static_cast<std::size_t>(j)] -= c[static_cast<std::size_t>(j)] * z[static_cast<std::size_t>(j + 1)];
+    z[static_cast<std::size_t>(j)] -=
+        c[static_cast<std::size_t>(j)] * z[static_cast<std::size_t>(j + 1)];
   }
   z[static_cast<std::size_t>(n)] = z[0];
   last = alpha / corner;
@@ -150,7 +163,8 @@ LineTable make_line_table(int n, LineEnd low, LineEnd high, const LineScheme& sc
   }
   for (int parity_class = 0; parity_class < n_classes; ++parity_class) {
     const ClassRows flux{t.flux, flux_row_size, flux_weights, parity_class, flux_rows, flux_alpha};
-    const ClassRows filter{t.filter, filter_row_size, filter_weights, parity_class, filter_rows, filter_alpha};
+    const ClassRows filter{t.filter,     filter_row_size, filter_weights,
+                           parity_class, filter_rows,     filter_alpha};
     if (t.periodic) {
       eliminate_periodic(flux, n, t.flux_wrap, t.flux_wrap_last, t.flux_wrap_scale);
       eliminate_periodic(filter, n, t.filter_wrap, t.filter_wrap_last, t.filter_wrap_scale);

@@ -1,9 +1,9 @@
 #pragma once
 
-// Fluxes of the MUSCL-HLLC scheme at a tile of faces at once. Reconstruction: primitives with van Leer's
-// harmonic slope (van Leer 1977), so that a face value lies between its nodes' and stays positive.
-// HLLC after Toro (2009, section 10.4) with the wave speeds of Einfeldt (1988). Faces of marked nodes:
-// local Lax-Friedrichs without slopes, positive up to a Courant number of one.
+// Fluxes of the MUSCL-HLLC scheme at a tile of faces at once. Reconstruction: primitives with van
+// Leer's harmonic slope (van Leer 1977), so that a face value lies between its nodes' and stays
+// positive. HLLC after Toro (2009, section 10.4) with the wave speeds of Einfeldt (1988). Faces of
+// marked nodes: local Lax-Friedrichs without slopes, positive up to a Courant number of one.
 
 #include "flow_solver/numerics/kernel_marked.hpp"
 
@@ -38,7 +38,8 @@ OCU_INLINE FaceState node_values(const Vec gas_constant, const Real* p, Index sf
 }
 
 /// Value of node b on its side towards c (sign +1/2) or a (-1/2).
-OCU_INLINE FaceState reconstruct(const FaceState& a, const FaceState& b, const FaceState& c, double half) {
+OCU_INLINE FaceState reconstruct(const FaceState& a, const FaceState& b, const FaceState& c,
+                                 double half) {
   FaceState s;
   const auto value = [&](Vec low, Vec mid, Vec high) OCU_FORCE {
     return mid + splat(half) * harmonic_slope(mid - low, high - mid);
@@ -50,7 +51,8 @@ OCU_INLINE FaceState reconstruct(const FaceState& a, const FaceState& b, const F
 }
 
 OCU_INLINE Vec total_energy(const FaceState& s, Vec inverse_gm1) {
-  return s.p * inverse_gm1 + splat(0.5) * s.rho * (s.u[0] * s.u[0] + s.u[1] * s.u[1] + s.u[2] * s.u[2]);
+  return s.p * inverse_gm1 +
+         splat(0.5) * s.rho * (s.u[0] * s.u[0] + s.u[1] * s.u[1] + s.u[2] * s.u[2]);
 }
 
 template <int D>
@@ -70,7 +72,8 @@ OCU_INLINE FaceFlux flux_hllc(const FaceState& l, const FaceState& r, double gam
   const Vec g = splat(gamma), inverse_gm1 = splat(1.0 / (gamma - 1.0)), half = splat(0.5);
   const Vec E_l = total_energy(l, inverse_gm1), E_r = total_energy(r, inverse_gm1);
   const Vec c_l = vsqrt(g * l.p / l.rho), c_r = vsqrt(g * r.p / r.rho);
-  // Roe averages of velocity and sound speed (Einfeldt 1988, with the jump of u in the sound speed).
+  // Roe averages of velocity and sound speed (Einfeldt 1988, with the jump of u in the sound
+  // speed).
   const Vec w_l = vsqrt(l.rho), w_r = vsqrt(r.rho);
   const Vec weight = splat(1.0) / (w_l + w_r);
   const Vec u_m = (w_l * l.u[D] + w_r * r.u[D]) * weight;
@@ -111,7 +114,8 @@ OCU_INLINE FaceFlux flux_lax_friedrichs(const FaceState& l, const FaceState& r, 
   const Vec g = splat(gamma), inverse_gm1 = splat(1.0 / (gamma - 1.0)), half = splat(0.5);
   const Vec E_l = total_energy(l, inverse_gm1), E_r = total_energy(r, inverse_gm1);
   const FaceFlux a = physical_flux<D>(l, E_l), b = physical_flux<D>(r, E_r);
-  const Vec speed = half * vmax(vabs(l.u[D]) + vsqrt(g * l.p / l.rho), vabs(r.u[D]) + vsqrt(g * r.p / r.rho));
+  const Vec speed =
+      half * vmax(vabs(l.u[D]) + vsqrt(g * l.p / l.rho), vabs(r.u[D]) + vsqrt(g * r.p / r.rho));
   FaceFlux f;
   f.q[0] = half * (a.q[0] + b.q[0]) - speed * (r.rho - l.rho);
   for (int d = 0; d < 3; ++d) {
@@ -124,7 +128,8 @@ OCU_INLINE FaceFlux flux_lax_friedrichs(const FaceState& l, const FaceState& r, 
 
 /// Flux at the faces between nodes p - s and p; lanes in `first_order` border a marked node.
 template <int D>
-OCU_INLINE FaceFlux muscl_face(const Context& ctx, const Real* p, Index sf, Index s, unsigned first_order) {
+OCU_INLINE FaceFlux muscl_face(const Context& ctx, const Real* p, Index sf, Index s,
+                               unsigned first_order) {
   const Vec R = splat(ctx.gas_constant);
   const FaceState b = node_values(R, p - s, sf), c = node_values(R, p, sf);
   if (first_order == all_lanes) return flux_lax_friedrichs<D>(b, c, ctx.gamma);

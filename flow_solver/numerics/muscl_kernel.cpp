@@ -1,8 +1,8 @@
-// Sweeps and updates of the MUSCL-HLLC scheme. The stencil is explicit: x-lines read shifted vectors
-// along the row, y and z lines and cut segments a tile of lines side by side. Time: half a step with
-// first-order fluxes, then q^{n+1} = q^n - dt R(q^{n+1/2}) (van Leer's integrator: Stone and Gardiner
-// 2009, New Astronomy 14:139). Steps with marked nodes: Heun, q1 = q^n - dt R(q^n), q^{n+1} = (q^n + q1 -
-// dt R(q1)) / 2, a mean of two Euler steps, each positive at marked nodes.
+// Sweeps and updates of the MUSCL-HLLC scheme. The stencil is explicit: x-lines read shifted
+// vectors along the row, y and z lines and cut segments a tile of lines side by side. Time: half a
+// step with first-order fluxes, then q^{n+1} = q^n - dt R(q^{n+1/2}) (van Leer's integrator: Stone
+// and Gardiner 2009, New Astronomy 14:139). Steps with marked nodes: Heun, q1 = q^n - dt R(q^n),
+// q^{n+1} = (q^n + q1 - dt R(q1)) / 2, a mean of two Euler steps, each positive at marked nodes.
 
 #include "flow_solver/numerics/kernel_segment.hpp"
 #include "flow_solver/numerics/muscl.hpp"
@@ -37,7 +37,8 @@ unsigned marked_faces(const Context& ctx, int i0, int j, int k, int m) {
       if (!periodic) return 0u;
       node = node < 0 ? n - 1 : 0;
     }
-    const std::uint8_t* mark = ctx.mark + (D == 1 ? mark_at(ctx, i0, node, k) : mark_at(ctx, i0, j, node));
+    const std::uint8_t* mark =
+        ctx.mark + (D == 1 ? mark_at(ctx, i0, node, k) : mark_at(ctx, i0, j, node));
     unsigned bits = 0;
     for (int l = 0; l < tile_width; ++l) bits |= mark[l] != 0 ? 1u << l : 0u;
     return bits;
@@ -66,13 +67,16 @@ Vec cone_momentum(const Context& ctx, int i0, int j, int k, Vec plain, Vec cone,
   return select(bits, cone - p * opening, plain);
 }
 
-/// Radial lines (x is the radius): area-weighted fluxes over r^m J, the pressure as a plain gradient; at
-/// marked nodes as in a cone whose side walls carry the node's pressure, which is positive.
-void radial_divergence(const Context& ctx, const Real* row, Index width, int j, int k, bool marked, Real* r) {
+/// Radial lines (x is the radius): area-weighted fluxes over r^m J, the pressure as a plain
+/// gradient; at marked nodes as in a cone whose side walls carry the node's pressure, which is
+/// positive.
+void radial_divergence(const Context& ctx, const Real* row, Index width, int j, int k, bool marked,
+                       Real* r) {
   const RadialView& radial = ctx.radial;
   for (int t = 0; t < ctx.tiles; ++t) {
     const int i = t * tile_width;
-    const Vec inverse_volume = load(radial.inverse_volume + i), inverse_h = load(ctx.line[0].inverse_jacobian + i);
+    const Vec inverse_volume = load(radial.inverse_volume + i),
+              inverse_h = load(ctx.line[0].inverse_jacobian + i);
     const Vec area_l = load(radial.face_area + i), area_r = load(radial.face_area + i + 1);
     const Vec p_l = load(row + 5 * width + i), p_r = load(row + 5 * width + i + 1);
     for (int q = 0; q < 5; ++q) {
@@ -84,7 +88,8 @@ void radial_divergence(const Context& ctx, const Real* row, Index width, int j, 
       Vec div = (right * area_r - left * area_l) * inverse_volume;
       if (q == 1) {
         const Vec plain = div + (p_r - p_l) * inverse_h;
-        div = marked ? cone_momentum(ctx, i, j, k, plain, div + (p_r * area_r - p_l * area_l) * inverse_volume,
+        div = marked ? cone_momentum(ctx, i, j, k, plain,
+                                     div + (p_r * area_r - p_l * area_l) * inverse_volume,
                                      (area_r - area_l) * inverse_volume)
                      : plain;
       }
@@ -135,7 +140,8 @@ void sweep_y_tile(const Context& ctx, int k, int tile) {
   const bool marked = ctx.any_mark && (ctx.line_marked[1][flag] & columns) != 0;
   const Real* w = ctx.W.data + i0 + k * ctx.W.sk;
   Real* r = ctx.R.data + i0 + k * ctx.R.sk;
-  FaceFlux low = muscl_face<1>(ctx, w, ctx.W.sf, ctx.W.sj, marked ? marked_faces<1>(ctx, i0, 0, k, 0) : 0u);
+  FaceFlux low =
+      muscl_face<1>(ctx, w, ctx.W.sf, ctx.W.sj, marked ? marked_faces<1>(ctx, i0, 0, k, 0) : 0u);
   for (int j = 0; j < n; ++j) {
     const FaceFlux high = muscl_face<1>(ctx, w + (j + 1) * ctx.W.sj, ctx.W.sf, ctx.W.sj,
                                         marked ? marked_faces<1>(ctx, i0, 0, k, j + 1) : 0u);
@@ -164,30 +170,35 @@ void sweep_plane(const Context& ctx, Real* scratch, int k) {
 unsigned marked_faces_of(const Lanes& lanes, int m) {
   unsigned bits = 0;
   for (int l = 0; l < tile_width; ++l) {
-    if (((lanes.active >> l) & 1u) != 0 && m <= lanes.n[l] && touches_mark(lanes, l, m)) bits |= 1u << l;
+    if (((lanes.active >> l) & 1u) != 0 && m <= lanes.n[l] && touches_mark(lanes, l, m))
+      bits |= 1u << l;
   }
   return bits;
 }
 
-/// First-order flux at a wall with the given motion: the own state mirrored. A flux between the wall's
-/// ghost and the node can swallow a supersonic stream.
+/// First-order flux at a wall with the given motion: the own state mirrored. A flux between the
+/// wall's ghost and the node can swallow a supersonic stream.
 template <int D>
-void mirrored_wall_flux(const Context& ctx, const Real* motion, bool low, const Real* node, Real* face) {
+void mirrored_wall_flux(const Context& ctx, const Real* motion, bool low, const Real* node,
+                        Real* face) {
   double u[3] = {node[tile_width], node[2 * tile_width], node[3 * tile_width]};
   const PointState own = point_from_primitive(ctx, node[0], u, node[4 * tile_width]);
   double f[5];
-  if (low) first_order_flux<D>(state_across<D>(ctx, LaneEnd::wall, own, motion, 1), own, f);
-  else first_order_flux<D>(own, state_across<D>(ctx, LaneEnd::wall, own, motion, 1), f);
+  if (low)
+    first_order_flux<D>(state_across<D>(ctx, LaneEnd::wall, own, motion, 1), own, f);
+  else
+    first_order_flux<D>(own, state_across<D>(ctx, LaneEnd::wall, own, motion, 1), f);
   for (int q = 0; q < 5; ++q) face[q * tile_width] = rounded(f[q]);
 }
 
-/// Does the gas at the node before a wall stream at it faster than half the speed of sound? No smooth
-/// flow does; at the speed of sound and above the ghost's pressure no longer holds it back.
+/// Does the gas at the node before a wall stream at it faster than half the speed of sound? No
+/// smooth flow does; at the speed of sound and above the ghost's pressure no longer holds it back.
 template <int D>
 bool streams_at_wall(const Context& ctx, const Real* motion, bool low, const Real* node) {
   const double u = node[(1 + D) * tile_width] - motion[3 + D];
   const double towards = low ? -u : u;
-  return towards > 0.0 && 4.0 * towards * towards > ctx.gamma * ctx.gas_constant * node[4 * tile_width];
+  return towards > 0.0 &&
+         4.0 * towards * towards > ctx.gamma * ctx.gas_constant * node[4 * tile_width];
 }
 
 template <int D>
@@ -198,7 +209,9 @@ void sweep_segment_batch_muscl(const Context& ctx, Real* scratch, const SegmentB
   load_metric(ctx, D, s, t, mem);
   const Lanes lanes = segment_lanes<D>(ctx, s, t);
   constexpr Index step = node_record * tile_width;
-  const auto face_at = [&](int m) { return mem.buf + static_cast<Index>(m) * largest_face_record * tile_width; };
+  const auto face_at = [&](int m) {
+    return mem.buf + static_cast<Index>(m) * largest_face_record * tile_width;
+  };
   for (int m = 0; m <= t.longest; ++m) {
     const unsigned first_order = lanes.active != 0 ? marked_faces_of(lanes, m) : 0u;
     const FaceFlux f = muscl_face<D>(ctx, mem.nodes + m * step, tile_width, step, first_order);
@@ -210,7 +223,8 @@ void sweep_segment_batch_muscl(const Context& ctx, Real* scratch, const SegmentB
     const auto treat = [&](bool low, int wall, int end_node, int end_face) {
       const Real* motion = ctx.wall_motion[D] + static_cast<Index>(wall) * 6;
       const Real* node = mem.nodes + end_node * step + l;
-      if ((marked && touches_mark(lanes, l, end_face)) || streams_at_wall<D>(ctx, motion, low, node)) {
+      if ((marked && touches_mark(lanes, l, end_face)) ||
+          streams_at_wall<D>(ctx, motion, low, node)) {
         mirrored_wall_flux<D>(ctx, motion, low, node, face_at(end_face) + l);
       }
     };
@@ -230,7 +244,8 @@ void sweep_segment_batch_muscl(const Context& ctx, Real* scratch, const SegmentB
   }
 }
 
-void sweep_segments_muscl(const Context& ctx, Real* scratch, int axis, const SegmentBatch& s, const SegmentBatch*) {
+void sweep_segments_muscl(const Context& ctx, Real* scratch, int axis, const SegmentBatch& s,
+                          const SegmentBatch*) {
   if (axis == 0) sweep_segment_batch_muscl<0>(ctx, scratch, s);
   if (axis == 1) sweep_segment_batch_muscl<1>(ctx, scratch, s);
   if (axis == 2) sweep_segment_batch_muscl<2>(ctx, scratch, s);
@@ -247,7 +262,8 @@ unsigned update_node_muscl(const Context& ctx, int i0, int tile, int j, int k, c
   for (int f = 0; f < 5; ++f) {
     const Vec change = fluid == all_lanes ? dt * R[f] : select(fluid, dt * R[f], splat(0.0));
     const Vec old = load(qn + f * ctx.Q.sf);
-    q[f] = ctx.stage == 0 || !heun ? old - change : splat(0.5) * ((old + load(a + f * ctx.A.sf)) - change);
+    q[f] = ctx.stage == 0 || !heun ? old - change
+                                   : splat(0.5) * ((old + load(a + f * ctx.A.sf)) - change);
     store(a + f * ctx.A.sf, q[f]);
   }
   return store_primitives(ctx, q, ctx.W.data + i0 + j * ctx.W.sj + k * ctx.W.sk, fluid, true);
@@ -277,7 +293,8 @@ long update_column_muscl(const Context& ctx, const Context& shared, int j, int t
   // The update changes nodes that later faces of this column read: their old values stay in R until
   // all fluxes of the column are known.
   if (!whole_cut) {
-    FaceFlux low = muscl_face<2>(ctx, w, ctx.W.sf, ctx.W.sk, marked ? marked_faces<2>(ctx, i0, j, 0, 0) : 0u);
+    FaceFlux low =
+        muscl_face<2>(ctx, w, ctx.W.sf, ctx.W.sk, marked ? marked_faces<2>(ctx, i0, j, 0, 0) : 0u);
     for (int k = 0; k < n; ++k) {
       const FaceFlux high = muscl_face<2>(ctx, w + (k + 1) * ctx.W.sk, ctx.W.sf, ctx.W.sk,
                                           marked ? marked_faces<2>(ctx, i0, j, 0, k + 1) : 0u);
@@ -305,11 +322,13 @@ long update_row_muscl(const Context& shared, Real*, int j) {
   return failures;
 }
 
-constexpr MusclKernels muscl_table{entry<sweep_plane>, entry<sweep_x>, entry<sweep_y>, entry<sweep_segments_muscl>,
-                                   entry<update_row_muscl>};
+constexpr MusclKernels muscl_table{entry<sweep_plane>, entry<sweep_x>, entry<sweep_y>,
+                                   entry<sweep_segments_muscl>, entry<update_row_muscl>};
 
 }  // namespace
 
-const MusclKernels& muscl_kernels() noexcept { return muscl_table; }
+const MusclKernels& muscl_kernels() noexcept {
+  return muscl_table;
+}
 
 }  // namespace ocublast::flow::OCU_ISA

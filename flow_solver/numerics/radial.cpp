@@ -6,7 +6,9 @@
 namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
-double to_power(double r, int m) { return m == 2 ? r * r : r; }
+double to_power(double r, int m) {
+  return m == 2 ? r * r : r;
+}
 
 }  // namespace
 
@@ -53,8 +55,12 @@ RadialMetric make_radial_metric(const Grid& grid, bool mirrored_low, bool mirror
 }
 
 StoredRadialMetric stored(RadialMetric m) {
-  return {m.power, stored(std::move(m.node_weight)), stored(std::move(m.inverse_volume)),
-          stored(std::move(m.face_area)), stored(std::move(m.power_over_r)), stored(std::move(m.filter_face))};
+  return {m.power,
+          stored(std::move(m.node_weight)),
+          stored(std::move(m.inverse_volume)),
+          stored(std::move(m.face_area)),
+          stored(std::move(m.power_over_r)),
+          stored(std::move(m.filter_face))};
 }
 
 LineTable make_radial_table(const LineTable& plain, int power, bool from_axis) {
@@ -62,11 +68,13 @@ LineTable make_radial_table(const LineTable& plain, int power, bool from_axis) {
   if (power != 1 || !from_axis) return t;
   // Faces 0 .. explicit_axis_faces are given; the rest is eliminated anew from there. Off-diagonals
   // are recovered from the plain rows.
-  constexpr std::size_t lower_at = flux_weights, upper_at = flux_weights + 1, pivot_at = flux_weights + 2;
+  constexpr std::size_t lower_at = flux_weights, upper_at = flux_weights + 1,
+                        pivot_at = flux_weights + 2;
   for (std::size_t parity = 0; parity < n_classes; ++parity) {
     double c_before = 0.0;
     for (int j = 0; j <= t.face_end; ++j) {
-      const std::size_t at = static_cast<std::size_t>(j + table_offset) * flux_row_size + parity * flux_class_size;
+      const std::size_t at =
+          static_cast<std::size_t>(j + table_offset) * flux_row_size + parity * flux_class_size;
       double* row = &t.flux[at];
       const double* old = &plain.flux[at];
       double lower = 0.0, upper = 0.0, pivot = j == 0 ? 0.0 : 1.0, scale = 0.0;

@@ -1,8 +1,8 @@
 #pragma once
 
-// What every kernel file starts from. They are compiled once per instruction set with OCU_ISA set to a
-// name of its own, so nothing in them may have external linkage under a shared name: a function compiled
-// for AVX-512 must never be picked by the linker for an older machine.
+// What every kernel file starts from. They are compiled once per instruction set with OCU_ISA set
+// to a name of its own, so nothing in them may have external linkage under a shared name: a
+// function compiled for AVX-512 must never be picked by the linker for an older machine.
 
 #include "flow_solver/grid/precision.hpp"
 

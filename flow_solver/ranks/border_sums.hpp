@@ -11,23 +11,26 @@
 
 namespace ocublast::flow::inline OCU_PRECISION {
 
-/// Fluxes at the borders across one axis from the parts of all ranks within reach of the weights. A rank
-/// adds its nodes' part for every such border (the kernels border_flux and border_filter fill `sums`) and
-/// sends it to the ranks on both sides; those add the parts in the order of the blocks, so that both have
-/// the same bits.
+/// Fluxes at the borders across one axis from the parts of all ranks within reach of the weights. A
+/// rank adds its nodes' part for every such border (the kernels border_flux and border_filter fill
+/// `sums`) and sends it to the ranks on both sides; those add the parts in the order of the blocks,
+/// so that both have the same bits.
 class BorderSums {
  public:
   /// `groups`: line groups of tile_width lines along the axis.
-  BorderSums(const RankPart& part, int axis, LineSolve solve, const WholeLine& line, int groups, int channel);
+  BorderSums(const RankPart& part, int axis, LineSolve solve, const WholeLine& line, int groups,
+             int channel);
   [[nodiscard]] const std::vector<BorderSum>& sums() const { return sums_; }
   /// Which border each sum is for: the number of the part above it.
   [[nodiscard]] const std::vector<int>& borders_of_sums() const { return border_of_sum_; }
   void start();
   void poll() { exchange_->poll(); }
-  /// Until the other ranks' parts are there; `finish` does it where it has not been done, and adds them.
+  /// Until the other ranks' parts are there; `finish` does it where it has not been done, and adds
+  /// them.
   void wait() { exchange_->finish(); }
   void finish();
-  /// Fluxes of the known faces at either end of the block, [group, face, component, lane]; null: no border.
+  /// Fluxes of the known faces at either end of the block, [group, face, component, lane]; null: no
+  /// border.
   [[nodiscard]] const Real* low() const { return low_ ? low_->total.data() : nullptr; }
   [[nodiscard]] const Real* high() const { return high_ ? high_->total.data() : nullptr; }
   [[nodiscard]] int known() const { return known_; }
@@ -39,7 +42,7 @@ class BorderSums {
   struct Border {
     BorderWeights weights;
     std::vector<Real> weight, ratio;  ///< of the weights, as kernels read them
-    std::vector<Real> sum;  ///< [group, 2 known - 1, component, lane]
+    std::vector<Real> sum;            ///< [group, 2 known - 1, component, lane]
   };
   /// One side's half of a border's sum on its way to the rank there.
   struct Outgoing {

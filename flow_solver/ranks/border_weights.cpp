@@ -10,15 +10,16 @@
 namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
-/// Weights of the nodes -n_ghost .. n + n_ghost - 1 of an open or mirrored line in the flux of one face:
-/// the transposed solve with a one at the face, then the transposed right side.
+/// Weights of the nodes -n_ghost .. n + n_ghost - 1 of an open or mirrored line in the flux of one
+/// face: the transposed solve with a one at the face, then the transposed right side.
 std::vector<double> face_weights(const LineTable& t, LineSolve solve, int parity_class, int face) {
   const bool filter = solve == LineSolve::filter;
   const int n_weights = filter ? filter_weights : flux_weights;
   const auto& rows = filter ? t.filter : t.flux;
   const int row_size = filter ? filter_row_size : flux_row_size;
   const auto row = [&](int j) {
-    return rows.data() + static_cast<std::ptrdiff_t>(j + table_offset) * row_size + parity_class * (n_weights + 3);
+    return rows.data() + static_cast<std::ptrdiff_t>(j + table_offset) * row_size +
+           parity_class * (n_weights + 3);
   };
   std::vector<double> v(static_cast<std::size_t>(t.n + 2 * n_ghost), 0.0);
   // Back substitution F(j) = y(j) - c(j) F(j+1), transposed; then y(j) = r(j) - g(j) y(j-1).
@@ -41,9 +42,12 @@ std::vector<double> face_weights(const LineTable& t, LineSolve solve, int parity
 /// The same for a periodic line, nodes 0 .. n - 1: a line without ends, whose weights repeat.
 std::vector<double> periodic_weights(const WholeLine& line, LineSolve solve, int face) {
   const int known = known_faces(solve, line.scheme);
-  const double alpha = solve == LineSolve::filter ? line.scheme.filter_alpha : make_flux_end_rows(line.scheme).alpha[4];
-  const double decay = alpha > 0.0 ? (1.0 - std::sqrt(1.0 - 4.0 * alpha * alpha)) / (2.0 * alpha) : 0.5;
-  const int reach = known + static_cast<int>(std::ceil(std::log(1e-5 * least_weight) / std::log(decay)));
+  const double alpha = solve == LineSolve::filter ? line.scheme.filter_alpha
+                                                  : make_flux_end_rows(line.scheme).alpha[4];
+  const double decay =
+      alpha > 0.0 ? (1.0 - std::sqrt(1.0 - 4.0 * alpha * alpha)) / (2.0 * alpha) : 0.5;
+  const int reach =
+      known + static_cast<int>(std::ceil(std::log(1e-5 * least_weight) / std::log(decay)));
   const LineTable t = make_line_table(2 * reach, LineEnd::ghosted, LineEnd::ghosted, line.scheme);
   const std::vector<double> open = face_weights(t, solve, 0, reach);
   std::vector<double> v(static_cast<std::size_t>(line.n), 0.0);
@@ -55,8 +59,8 @@ std::vector<double> periodic_weights(const WholeLine& line, LineSolve solve, int
 }
 
 /// Weights of one face for the nodes first .. last - 1 of the whole line.
-std::vector<double> weights_between(const WholeLine& line, const LineTable& t, LineSolve solve, int parity_class,
-                                    int face, int first, int last) {
+std::vector<double> weights_between(const WholeLine& line, const LineTable& t, LineSolve solve,
+                                    int parity_class, int face, int first, int last) {
   std::vector<double> out(static_cast<std::size_t>(last - first), 0.0);
   if (line.low == LineEnd::periodic) {
     const auto v = periodic_weights(line, solve, face);
@@ -64,14 +68,17 @@ std::vector<double> weights_between(const WholeLine& line, const LineTable& t, L
     return out;
   }
   const auto v = face_weights(t, solve, parity_class, face);
-  for (int i = first; i < last; ++i) out[static_cast<std::size_t>(i - first)] = v[static_cast<std::size_t>(i + n_ghost)];
+  for (int i = first; i < last; ++i)
+    out[static_cast<std::size_t>(i - first)] = v[static_cast<std::size_t>(i + n_ghost)];
   if (solve == LineSolve::flux) return out;
-  // The filter's ghosts at a plane of symmetry are the nodes themselves, the normal momentum reversed.
+  // The filter's ghosts at a plane of symmetry are the nodes themselves, the normal momentum
+  // reversed.
   const double sign = parity_class == 1 ? -1.0 : 1.0;
   for (int m = 0; m < n_ghost; ++m) {
     const auto move = [&](int ghost, int node) {
       if (ghost < first || ghost >= last) return;
-      out[static_cast<std::size_t>(node - first)] += sign * out[static_cast<std::size_t>(ghost - first)];
+      out[static_cast<std::size_t>(node - first)] +=
+          sign * out[static_cast<std::size_t>(ghost - first)];
       out[static_cast<std::size_t>(ghost - first)] = 0.0;
     };
     if (line.low == LineEnd::mirrored_slip) move(-1 - m, m);
@@ -80,8 +87,8 @@ std::vector<double> weights_between(const WholeLine& line, const LineTable& t, L
   return out;
 }
 
-/// Finds the nodes that need a sum for every face: those that differ from the ratios, taken where the
-/// weights are largest but for a stencil next to the border, by more than the least weight.
+/// Finds the nodes that need a sum for every face: those that differ from the ratios, taken where
+/// the weights are largest but for a stencil next to the border, by more than the least weight.
 void find_ratios(BorderWeights& w) {
   const auto faces = static_cast<std::size_t>(w.faces);
   const int n = w.last - w.first;
@@ -97,12 +104,14 @@ void find_ratios(BorderWeights& w) {
   const int reference = above ? w.faces : n - 1 - w.faces;
   for (std::size_t c = 0; c < n_classes; ++c) {
     if (at(reference, 0, c) == 0.0) return;
-    for (std::size_t m = 0; m < faces; ++m) w.ratio[m * n_classes + c] = at(reference, m, c) / at(reference, 0, c);
+    for (std::size_t m = 0; m < faces; ++m)
+      w.ratio[m * n_classes + c] = at(reference, m, c) / at(reference, 0, c);
   }
   const auto follows = [&](int i) {
     for (std::size_t m = 0; m < faces; ++m) {
       for (std::size_t c = 0; c < n_classes; ++c) {
-        if (std::abs(at(i, m, c) - w.ratio[m * n_classes + c] * at(i, 0, c)) > least_weight) return false;
+        if (std::abs(at(i, m, c) - w.ratio[m * n_classes + c] * at(i, 0, c)) > least_weight)
+          return false;
       }
     }
     return true;
@@ -116,12 +125,14 @@ void find_ratios(BorderWeights& w) {
 
 }  // namespace
 
-BorderWeights make_border_weights(const WholeLine& line, LineSolve solve, int border, int begin, int end) {
+BorderWeights make_border_weights(const WholeLine& line, LineSolve solve, int border, int begin,
+                                  int end) {
   const bool periodic = line.low == LineEnd::periodic;
   const int known = known_faces(solve, line.scheme);
   const int first = begin == 0 && !periodic ? -n_ghost : begin;
   const int last = end == line.n && !periodic ? line.n + n_ghost : end;
-  const LineTable t = periodic ? LineTable{} : make_line_table(line.n, line.low, line.high, line.scheme);
+  const LineTable t =
+      periodic ? LineTable{} : make_line_table(line.n, line.low, line.high, line.scheme);
   BorderWeights out;
   out.faces = 2 * known - 1;
   const auto faces = static_cast<std::size_t>(out.faces);
@@ -130,7 +141,8 @@ BorderWeights make_border_weights(const WholeLine& line, LineSolve solve, int bo
     const int face = border - known + 1 + static_cast<int>(m);
     for (int c = 0; c < n_classes; ++c) {
       const auto v = weights_between(line, t, solve, c, face, first, last);
-      for (std::size_t i = 0; i < v.size(); ++i) all[i * faces + m][static_cast<std::size_t>(c)] = v[i];
+      for (std::size_t i = 0; i < v.size(); ++i)
+        all[i * faces + m][static_cast<std::size_t>(c)] = v[i];
     }
   }
   const auto counts = [&](int node) {

@@ -11,8 +11,10 @@ namespace {
 /// Nodes beyond which a closure changes no flux at the border by more than rounding: the inverse of
 /// tri(alpha, 1, alpha) falls by this from node to node.
 int reach_of(double alpha, int known) {
-  const double decay = alpha > 0.0 ? (1.0 - std::sqrt(1.0 - 4.0 * alpha * alpha)) / (2.0 * alpha) : 0.5;
-  return known + n_ghost + static_cast<int>(std::ceil(std::log(0.1 * least_weight) / std::log(decay)));
+  const double decay =
+      alpha > 0.0 ? (1.0 - std::sqrt(1.0 - 4.0 * alpha * alpha)) / (2.0 * alpha) : 0.5;
+  return known + n_ghost +
+         static_cast<int>(std::ceil(std::log(0.1 * least_weight) / std::log(decay)));
 }
 
 constexpr int class_of_component(int axis, int q) {
@@ -20,14 +22,20 @@ constexpr int class_of_component(int axis, int q) {
   return q == 1 + axis ? 1 : 2;
 }
 
-bool is_mirrored(LineEnd end) { return end == LineEnd::mirrored_slip || end == LineEnd::held_wall; }
+bool is_mirrored(LineEnd end) {
+  return end == LineEnd::mirrored_slip || end == LineEnd::held_wall;
+}
 
 }  // namespace
 
 CutBorders::CutBorders(const RankPart& part, int axis, LineSolve solve, const WholeLine& line)
-    : part_(&part), axis_(axis), solve_(solve), line_(line), known_(known_faces(solve, line.scheme)) {
-  const double alpha =
-      solve == LineSolve::filter ? line.scheme.filter_alpha : make_flux_end_rows(line.scheme).alpha[4];
+    : part_(&part),
+      axis_(axis),
+      solve_(solve),
+      line_(line),
+      known_(known_faces(solve, line.scheme)) {
+  const double alpha = solve == LineSolve::filter ? line.scheme.filter_alpha
+                                                  : make_flux_end_rows(line.scheme).alpha[4];
   reach_ = reach_of(alpha, known_);
 }
 
@@ -54,7 +62,8 @@ const CutBorders::Weights* CutBorders::weights_for(const Key& key) {
   for (std::size_t c = 0; c < n_classes; ++c) {
     for (std::size_t m = 0; m < faces; ++m) {
       for (int i = from; i < to; ++i)
-        held->weight.push_back(w.weight[(static_cast<std::size_t>(i - w.first) * faces + m) * n_classes + c]);
+        held->weight.push_back(
+            w.weight[(static_cast<std::size_t>(i - w.first) * faces + m) * n_classes + c]);
     }
   }
   return held.get();
@@ -66,20 +75,27 @@ void CutBorders::take(const CutLines& lines, const std::vector<int>& borders) {
   const std::size_t b_of = axis_ == 0 ? 1 : 0, c_of = axis_ == 2 ? 1 : 2;
   const int own_begin = part_->begin[a], own_end = part_->end[a];
   for (const Segment& s : lines.segments) {
-    if (s.b < part_->begin[b_of] || s.b >= part_->end[b_of] || s.c < part_->begin[c_of] || s.c >= part_->end[c_of])
+    if (s.b < part_->begin[b_of] || s.b >= part_->end[b_of] || s.c < part_->begin[c_of] ||
+        s.c >= part_->end[c_of])
       continue;
     for (std::size_t n = 0; n < borders.size(); ++n) {
       const int border = part_->blocks.begin[a][static_cast<std::size_t>(borders[n])];
       if (border <= s.begin || border >= s.end) continue;
       const int below = border - s.begin, above = s.end - border;
       if ((s.wall_low < 0 || below >= reach_) && (s.wall_high < 0 || above >= reach_)) continue;
-      Line line{.sum = static_cast<int>(n), .b = s.b - part_->begin[b_of], .c = s.c - part_->begin[c_of],
-                .border = border - own_begin, .begin = s.begin - own_begin, .end = s.end - own_begin,
-                .wall_low = s.wall_low, .wall_high = s.wall_high};
+      Line line{.sum = static_cast<int>(n),
+                .b = s.b - part_->begin[b_of],
+                .c = s.c - part_->begin[c_of],
+                .border = border - own_begin,
+                .begin = s.begin - own_begin,
+                .end = s.end - own_begin,
+                .wall_low = s.wall_low,
+                .wall_high = s.wall_high};
       const int low = std::min(below, reach_), high = std::min(above, reach_);
       const int first = std::max(own_begin - border, -low), last = std::min(own_end - border, high);
       if (first < last) {
-        const bool wall_low = s.wall_low >= 0 && below < reach_, wall_high = s.wall_high >= 0 && above < reach_;
+        const bool wall_low = s.wall_low >= 0 && below < reach_,
+                   wall_high = s.wall_high >= 0 && above < reach_;
         line.weights = weights_for({low, wall_low, high, wall_high, first, last});
       }
       lines_.push_back(line);
@@ -87,9 +103,12 @@ void CutBorders::take(const CutLines& lines, const std::vector<int>& borders) {
   }
 }
 
-void CutBorders::load(const Context& ctx, const Line& line, double* values, std::ptrdiff_t stride) const {
+void CutBorders::load(const Context& ctx, const Line& line, double* values,
+                      std::ptrdiff_t stride) const {
   const Block &w = ctx.W, &a = ctx.A;
-  const auto along = [&](const Block& block) { return axis_ == 0 ? 1 : (axis_ == 1 ? block.sj : block.sk); };
+  const auto along = [&](const Block& block) {
+    return axis_ == 0 ? 1 : (axis_ == 1 ? block.sj : block.sk);
+  };
   const auto at = [&](const Block& block) {
     if (axis_ == 0) return block.data + line.b * block.sj + line.c * block.sk;
     return block.data + line.b + line.c * (axis_ == 1 ? block.sk : block.sj);
@@ -109,8 +128,10 @@ void CutBorders::load(const Context& ctx, const Line& line, double* values, std:
     const int layer = i < line.begin ? line.begin - 1 - i : i - line.end;
     double v[5];
     for (int f = 0; f < 5; ++f) {
-      v[f] = wall >= 0 ? ctx.wall_ghost[axis_][(static_cast<std::ptrdiff_t>(wall) * n_ghost + layer) * 5 + f]
-                       : state[i * sl + f * w.sf];
+      v[f] =
+          wall >= 0
+              ? ctx.wall_ghost[axis_][(static_cast<std::ptrdiff_t>(wall) * n_ghost + layer) * 5 + f]
+              : state[i * sl + f * w.sf];
     }
     const double p = v[0] * ctx.gas_constant * v[4];
     const double energy = p * inverse_gm1 + 0.5 * v[0] * (v[1] * v[1] + v[2] * v[2] + v[3] * v[3]);
@@ -127,12 +148,14 @@ void CutBorders::load(const Context& ctx, const Line& line, double* values, std:
     const double total = p + (ctx.bulk ? state[smooth * sl + field_bulk * w.sf] : 0.0);
     const double u_n = v[1 + axis_];
     out[0] = v[0] * u_n;
-    for (int f = 1; f < 4; ++f) out[f * stride] = v[0] * u_n * v[f] + (f == 1 + axis_ ? total - ctx.rest_pressure : 0.0);
+    for (int f = 1; f < 4; ++f)
+      out[f * stride] = v[0] * u_n * v[f] + (f == 1 + axis_ ? total - ctx.rest_pressure : 0.0);
     out[4 * stride] = u_n * (energy + total);
   }
 }
 
-void CutBorders::sum_line(const Context& ctx, const Line& line, std::vector<double>& values, Real* out) const {
+void CutBorders::sum_line(const Context& ctx, const Line& line, std::vector<double>& values,
+                          Real* out) const {
   const int faces = 2 * known_ - 1;
   const int n = line.weights == nullptr ? 0 : line.weights->last - line.weights->first;
   values.resize(5 * static_cast<std::size_t>(n));
@@ -142,7 +165,8 @@ void CutBorders::sum_line(const Context& ctx, const Line& line, std::vector<doub
       double sum = 0.0;
       if (n > 0) {
         const double* weight =
-            line.weights->weight.data() + static_cast<std::ptrdiff_t>(class_of_component(axis_, q) * faces + m) * n;
+            line.weights->weight.data() +
+            static_cast<std::ptrdiff_t>(class_of_component(axis_, q) * faces + m) * n;
         const double* value = values.data() + static_cast<std::ptrdiff_t>(q) * n;
 #pragma omp simd reduction(+ : sum)
         for (int i = 0; i < n; ++i) sum += weight[i] * value[i];
@@ -163,7 +187,8 @@ void CutBorders::put(const Context& ctx, const std::vector<BorderSum>& sums, int
       const Line& line = lines_[static_cast<std::size_t>(l)];
       const BorderSum& sum = sums[static_cast<std::size_t>(line.sum)];
       const std::ptrdiff_t group = line.c * groups + line.b / tile_width;
-      sum_line(ctx, line, values, sum.out + group * sum.faces * 5 * tile_width + line.b % tile_width);
+      sum_line(ctx, line, values,
+               sum.out + group * sum.faces * 5 * tile_width + line.b % tile_width);
     }
   }
 }

@@ -12,15 +12,15 @@
 
 namespace ocublast::flow::inline OCU_PRECISION {
 
-/// This rank's part of the border sums for lines that a body cuts within reach of a border: the weights
-/// are those of the segment that goes through the border, with the closure of its walls, and the sum ends
-/// with the walls' ghosts. Lines cut farther away keep the weights of the whole line, which are the same
-/// there but for least_weight.
+/// This rank's part of the border sums for lines that a body cuts within reach of a border: the
+/// weights are those of the segment that goes through the border, with the closure of its walls,
+/// and the sum ends with the walls' ghosts. Lines cut farther away keep the weights of the whole
+/// line, which are the same there but for least_weight.
 class CutBorders {
  public:
   CutBorders(const RankPart& part, int axis, LineSolve solve, const WholeLine& line);
-  /// Takes the segments of the whole grid. `sums`: those of the same axis and solve (BorderSums::sums),
-  /// `border`: which border each is for, by the number of the part above it.
+  /// Takes the segments of the whole grid. `sums`: those of the same axis and solve
+  /// (BorderSums::sums), `border`: which border each is for, by the number of the part above it.
   void take(const CutLines& lines, const std::vector<int>& borders);
   /// Replaces their parts in `sums`; after the kernel has written those of whole lines.
   void put(const Context& ctx, const std::vector<BorderSum>& sums, int threads) const;
@@ -33,14 +33,15 @@ class CutBorders {
   };
   /// One segment across one border.
   struct Line {
-    int sum = 0;              ///< which of the sums
-    int b = 0, c = 0;         ///< as in Segment, within the block
-    int border = 0;           ///< node of the block above the border
-    int begin = 0, end = 0;   ///< nodes of the segment, counted in the block
+    int sum = 0;             ///< which of the sums
+    int b = 0, c = 0;        ///< as in Segment, within the block
+    int border = 0;          ///< node of the block above the border
+    int begin = 0, end = 0;  ///< nodes of the segment, counted in the block
     int wall_low = -1, wall_high = -1;
     const Weights* weights = nullptr;  ///< null: no node of the block is in reach
   };
-  /// Nodes to either end of the segment (at most reach_), whether a wall is there, and the block's ends.
+  /// Nodes to either end of the segment (at most reach_), whether a wall is there, and the block's
+  /// ends.
   using Key = std::tuple<int, bool, int, bool, int, int>;
   [[nodiscard]] const Weights* weights_for(const Key& key);
   void sum_line(const Context& ctx, const Line& line, std::vector<double>& values, Real* out) const;

@@ -21,13 +21,14 @@ void for_nodes(const NodeBox& box, const Visit& visit) {
 
 /// Place of node (i, j, k) in an array [k, j, i] of the whole grid.
 [[nodiscard]] inline std::size_t place_of(const Grid& grid, int i, int j, int k) {
-  return (static_cast<std::size_t>(k) * static_cast<std::size_t>(grid.axis[1].n) + static_cast<std::size_t>(j)) *
+  return (static_cast<std::size_t>(k) * static_cast<std::size_t>(grid.axis[1].n) +
+          static_cast<std::size_t>(j)) *
              static_cast<std::size_t>(grid.axis[0].n) +
          static_cast<std::size_t>(i);
 }
 
-/// Values of all nodes [k, j, i] on the root, elsewhere nothing. `own`: the nodes that this rank holds;
-/// value(i, j, k) is called for them. Collective.
+/// Values of all nodes [k, j, i] on the root, elsewhere nothing. `own`: the nodes that this rank
+/// holds; value(i, j, k) is called for them. Collective.
 template <class T, class Value>
 [[nodiscard]] std::vector<T> gather_nodes(const Ranks& ranks, const Grid& grid, const NodeBox& own,
                                           const Value& value) {
@@ -44,13 +45,16 @@ template <class T, class Value>
   return all;
 }
 
-/// The way back: calls put(i, j, k, value) for this rank's nodes with the root's values. Collective.
+/// The way back: calls put(i, j, k, value) for this rank's nodes with the root's values.
+/// Collective.
 template <class T, class Put>
-void scatter_nodes(const Ranks& ranks, const Grid& grid, const NodeBox& own, std::span<const T> all, const Put& put) {
+void scatter_nodes(const Ranks& ranks, const Grid& grid, const NodeBox& own, std::span<const T> all,
+                   const Put& put) {
   const auto boxes = ranks.gather(std::span<const NodeBox>(&own, 1));
   std::vector<std::vector<T>> parts(boxes.size());
   for (std::size_t r = 0; ranks.root() && r < parts.size(); ++r) {
-    for_nodes(boxes[r][0], [&](int i, int j, int k) { parts[r].push_back(all[place_of(grid, i, j, k)]); });
+    for_nodes(boxes[r][0],
+              [&](int i, int j, int k) { parts[r].push_back(all[place_of(grid, i, j, k)]); });
   }
   std::vector<T> mine;
   for_nodes(own, [&](int, int, int) { mine.push_back(T{}); });

@@ -15,24 +15,26 @@ Halo::Halo(const RankPart& part, HaloSpec spec) : part_(&part), spec_(std::move(
       if (peer < 0) continue;
       auto face = std::make_unique<Face>(Face{axis, low, peer, {}, {}});
       std::size_t size = 0;
-      for_rows(*face, {}, 0, [&](std::ptrdiff_t, int count) { size += static_cast<std::size_t>(count); });
+      for_rows(*face, {}, 0,
+               [&](std::ptrdiff_t, int count) { size += static_cast<std::size_t>(count); });
       face->out.resize(size);
       face->in.resize(size);
       sends.push_back({peer, face->out});
       pair[low ? 0 : 1] = face.get();
       faces_.push_back(std::move(face));
     }
-    // With two parts of a periodic axis both neighbours are one: what it sends from its low end first
-    // belongs to the high end here.
+    // With two parts of a periodic axis both neighbours are one: what it sends from its low end
+    // first belongs to the high end here.
     for (const int side : {1, 0}) {
       if (pair[side] != nullptr) receives.push_back({pair[side]->peer, pair[side]->in});
     }
   }
-  if (!faces_.empty()) exchange_ = std::make_unique<RankExchange>(*part.ranks, spec_.channel, sends, receives);
+  if (!faces_.empty())
+    exchange_ = std::make_unique<RankExchange>(*part.ranks, spec_.channel, sends, receives);
 }
 
-/// Calls copy(offset of the first value, values in a row along x) for the layers from layer0 on, along the
-/// face's axis.
+/// Calls copy(offset of the first value, values in a row along x) for the layers from layer0 on,
+/// along the face's axis.
 template <class Copy>
 void Halo::for_rows(const Face& face, const Block& block, int layer0, const Copy& copy) const {
   int from[3], to[3];
@@ -46,7 +48,8 @@ void Halo::for_rows(const Face& face, const Block& block, int layer0, const Copy
   to[face.axis] = layer0 + spec_.depth;
   for (int k = from[2]; k < to[2]; ++k) {
     for (int j = from[1]; j < to[1]; ++j) {
-      for (const int f : spec_.fields) copy(from[0] + j * block.sj + k * block.sk + f * block.sf, to[0] - from[0]);
+      for (const int f : spec_.fields)
+        copy(from[0] + j * block.sj + k * block.sk + f * block.sf, to[0] - from[0]);
     }
   }
 }
@@ -56,9 +59,8 @@ void Halo::start(const Block& block) {
   for (const auto& face : faces_) {
     const int n = part_->grid.axis[static_cast<std::size_t>(face->axis)].n;
     Real* to = face->out.data();
-    for_rows(*face, block, face->low ? 0 : n - spec_.depth, [&](std::ptrdiff_t at, int count) {
-      to = std::copy_n(block.data + at, count, to);
-    });
+    for_rows(*face, block, face->low ? 0 : n - spec_.depth,
+             [&](std::ptrdiff_t at, int count) { to = std::copy_n(block.data + at, count, to); });
   }
   exchange_->start();
 }

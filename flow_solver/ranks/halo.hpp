@@ -21,17 +21,17 @@ struct Traffic {
 
 /// What a halo carries: layers of the fields next to the borders across the axes in the mask.
 struct HaloSpec {
-  int channel = 0;          ///< of RankExchange
-  unsigned axes = 7;        ///< bit per axis
+  int channel = 0;    ///< of RankExchange
+  unsigned axes = 7;  ///< bit per axis
   std::vector<int> fields;
-  int depth = 1;            ///< layers, at most n_ghost
+  int depth = 1;  ///< layers, at most n_ghost
   /// Rows and planes reach into the ghosts of the axes before, so that edges and corners are filled
   /// when the axes follow one after another.
   bool corners = false;
 };
 
-/// Copies the nodes next to a rank's borders into its neighbours' ghosts. Does nothing along axes that
-/// are not divided.
+/// Copies the nodes next to a rank's borders into its neighbours' ghosts. Does nothing along axes
+/// that are not divided.
 class Halo {
  public:
   Halo(const RankPart& part, HaloSpec spec);

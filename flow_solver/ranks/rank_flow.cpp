@@ -21,10 +21,14 @@ enum Channel : int {
   channel_filter = 23
 };
 
-std::vector<Halo> halo_by_axis(const RankPart& part, int channel, const std::vector<int>& fields, int depth) {
+std::vector<Halo> halo_by_axis(const RankPart& part, int channel, const std::vector<int>& fields,
+                               int depth) {
   std::vector<Halo> out;
   for (int a = 0; a < 3; ++a) {
-    out.emplace_back(part, HaloSpec{.channel = channel + a, .axes = 1u << a, .fields = fields, .depth = depth,
+    out.emplace_back(part, HaloSpec{.channel = channel + a,
+                                    .axes = 1u << a,
+                                    .fields = fields,
+                                    .depth = depth,
                                     .corners = true});
   }
   return out;
@@ -38,13 +42,18 @@ std::vector<int> first_fields(int n) {
 
 }  // namespace
 
-RankFlow::RankFlow(RankPart part_in, const LineScheme& scheme, int state_depth, bool strain, bool with_filter)
+RankFlow::RankFlow(RankPart part_in, const LineScheme& scheme, int state_depth, bool strain,
+                   bool with_filter)
     : part(std::move(part_in)),
-      state(part, {.channel = channel_state, .fields = first_fields(n_primitive), .depth = state_depth}),
-      state_by_axis(halo_by_axis(part, channel_state_by_axis, first_fields(n_primitive), state_depth)),
-      conserved(part, {.channel = channel_conserved, .fields = first_fields(n_primitive), .depth = 1}),
+      state(part,
+            {.channel = channel_state, .fields = first_fields(n_primitive), .depth = state_depth}),
+      state_by_axis(
+          halo_by_axis(part, channel_state_by_axis, first_fields(n_primitive), state_depth)),
+      conserved(part,
+                {.channel = channel_conserved, .fields = first_fields(n_primitive), .depth = 1}),
       theta(halo_by_axis(part, channel_theta, strain ? std::vector{0, 3} : std::vector{0}, 2)),
-      sensors(halo_by_axis(part, channel_sensors, strain ? std::vector{1, 2, 4} : std::vector{1, 2}, n_ghost)),
+      sensors(halo_by_axis(part, channel_sensors, strain ? std::vector{1, 2, 4} : std::vector{1, 2},
+                           n_ghost)),
       kappa(halo_by_axis(part, channel_kappa, {field_kappa}, 1)) {
   const auto& axis = part.grid.axis;
   const auto groups = [&](std::size_t a) { return (axis[a].n + tile_width - 1) / tile_width; };
@@ -57,18 +66,21 @@ RankFlow::RankFlow(RankPart part_in, const LineScheme& scheme, int state_depth, 
                          .low = line_end(part.whole_boundaries[2 * at].kind),
                          .high = line_end(part.whole_boundaries[2 * at + 1].kind),
                          .scheme = scheme};
-    flux[at] = std::make_unique<BorderSums>(part, a, LineSolve::flux, line, n_groups_[at], channel_flux + a);
+    flux[at] = std::make_unique<BorderSums>(part, a, LineSolve::flux, line, n_groups_[at],
+                                            channel_flux + a);
     cut_flux[at] = std::make_unique<CutBorders>(part, a, LineSolve::flux, line);
     if (with_filter) {
       cut_filter[at] = std::make_unique<CutBorders>(part, a, LineSolve::filter, line);
-      filter[at] = std::make_unique<BorderSums>(part, a, LineSolve::filter, line, n_groups_[at], channel_filter + a);
+      filter[at] = std::make_unique<BorderSums>(part, a, LineSolve::filter, line, n_groups_[at],
+                                                channel_filter + a);
     }
     BitFace* pair[2] = {nullptr, nullptr};
     for (const bool low : {true, false}) {
       const int peer = part.neighbour(a, low);
       if (peer < 0) continue;
       const auto size = static_cast<std::size_t>(n_groups_[at]);
-      auto face = std::make_unique<BitFace>(BitFace{a, low, std::vector<LaneBits>(size), std::vector<LaneBits>(size)});
+      auto face = std::make_unique<BitFace>(
+          BitFace{a, low, std::vector<LaneBits>(size), std::vector<LaneBits>(size)});
       sends.push_back({peer, face->out});
       received_[at][low ? 0 : 1].resize(size);
       pair[low ? 0 : 1] = face.get();
@@ -87,8 +99,10 @@ Traffic RankFlow::step_traffic(bool nodal, bool sensors_on) const {
     for (const Halo& h : halos) all += h.traffic();
   };
   for (int time = 0; time < 5; ++time) {  // before the sensors, and in each of the four stages
-    if (nodal) add(state_by_axis);
-    else all += state.traffic();
+    if (nodal)
+      add(state_by_axis);
+    else
+      all += state.traffic();
   }
   if (sensors_on) {
     for (const auto* halos : {&theta, &sensors, &kappa}) add(*halos);
@@ -100,7 +114,8 @@ Traffic RankFlow::step_traffic(bool nodal, bool sensors_on) const {
   return all;
 }
 
-const RankFlow::EndBits& RankFlow::exchange_bits(const std::function<bool(int i, int j, int k)>& bit) {
+const RankFlow::EndBits& RankFlow::exchange_bits(
+    const std::function<bool(int i, int j, int k)>& bit) {
   for (const auto& face : bit_faces_) {
     // Lines of the axis as (b, c): groups of tile_width run along b.
     const int b_axis = face->axis == 0 ? 1 : 0, c_axis = face->axis == 2 ? 1 : 2;

@@ -21,14 +21,16 @@ enum class ScalarGhosts { differences, average, faces };
 /// All messages of a flow under ranks.
 struct RankFlow {
   /// `state_depth`: layers of the primitives that the sweeps and sensors look at.
-  RankFlow(RankPart part_in, const LineScheme& scheme, int state_depth, bool strain, bool with_filter);
+  RankFlow(RankPart part_in, const LineScheme& scheme, int state_depth, bool strain,
+           bool with_filter);
 
   RankPart part;
   [[nodiscard]] const Ranks& ranks() const { return *part.ranks; }
-  Halo state;       ///< primitives; along all axes at once
-  /// The same axis by axis with edges and corners, which the stress in the ghosts of open faces reads.
+  Halo state;  ///< primitives; along all axes at once
+  /// The same axis by axis with edges and corners, which the stress in the ghosts of open faces
+  /// reads.
   std::vector<Halo> state_by_axis;
-  Halo conserved;   ///< one layer of q^n, for first-order fluxes at the border
+  Halo conserved;  ///< one layer of q^n, for first-order fluxes at the border
   /// Scalar fields of R (the sensors) and W (kappa), axis by axis so that corners are filled.
   std::vector<Halo> theta, sensors, kappa;
   /// Border fluxes of divided axes.
@@ -38,8 +40,8 @@ struct RankFlow {
 
   /// One byte per line group at both ends of every axis, [axis][0 low, 1 high]: bits of the lines.
   using EndBits = std::array<std::array<std::vector<LaneBits>, 2>, 3>;
-  /// Sends each border layer's bits to the neighbour; gives those of the neighbours' nodes beyond the
-  /// borders. Collective.
+  /// Sends each border layer's bits to the neighbour; gives those of the neighbours' nodes beyond
+  /// the borders. Collective.
   [[nodiscard]] const EndBits& exchange_bits(const std::function<bool(int i, int j, int k)>& bit);
   EndBits marked;  ///< what the kernels see of the neighbours' marks
 

@@ -33,8 +33,9 @@ BallWave::BallWave(const Gas& gas, const State& ambient, const BallStart& ball, 
   faces.fill({.kind = BoundaryKind::outflow, .state = ambient});
   faces[0].kind = BoundaryKind::symmetry;
   if (resolution.wall_at_end) faces[1].kind = BoundaryKind::symmetry;
-  const BurstOnGrid burst = make_burst(grid, gas, {.radius = ball.radius, .energy = ball.energy, .mass = ball.mass},
-                                       ambient.p, ambient.rho);
+  const BurstOnGrid burst =
+      make_burst(grid, gas, {.radius = ball.radius, .energy = ball.energy, .mass = ball.mass},
+                 ambient.p, ambient.rho);
   flow_ = std::make_unique<Flow>(std::move(grid), faces, options);
   flow_->set_state([&](double, double, double) { return ambient; });
   quiet_ = flow_->totals();

@@ -21,7 +21,8 @@ struct RadialResolution {
   bool wall_at_end = false;      ///< a rigid shell at r_max instead of open air
 };
 
-/// Spherical wave of a ball of hot gas: a one-dimensional run of the MUSCL scheme up to `r_max` [m].
+/// Spherical wave of a ball of hot gas: a one-dimensional run of the MUSCL scheme up to `r_max`
+/// [m].
 class BallWave final : public SteppedWave {
  public:
   BallWave(const Gas& gas, const State& ambient, const BallStart& ball, double r_max,

@@ -1,10 +1,10 @@
 #include "flow_solver/sources/burst.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-
-#include <fmt/format.h>
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/grid/make_grid.hpp"
@@ -54,8 +54,8 @@ struct BallVolume {
   double share = 1.0;
 };
 
-/// The same on radial grids: cells are whole shells and rings, and so is the ball. Only the ends of the
-/// axis of an axisymmetric grid cut it: caps of height r -+ distance.
+/// The same on radial grids: cells are whole shells and rings, and so is the ball. Only the ends of
+/// the axis of an axisymmetric grid cut it: caps of height r -+ distance.
 BallVolume radial_ball_volume(const Grid& grid, const Burst& burst) {
   const double r = burst.radius;
   constexpr double pi = std::numbers::pi;
@@ -72,12 +72,14 @@ BallVolume radial_ball_volume(const Grid& grid, const Burst& burst) {
 
 BallVolume ball_volume(const Grid& grid, const Burst& burst) {
   if (grid.geometry != Geometry::cartesian) return radial_ball_volume(grid, burst);
-  const int n_present = static_cast<int>(grid.axis[0].present) + static_cast<int>(grid.axis[1].present) +
+  const int n_present = static_cast<int>(grid.axis[0].present) +
+                        static_cast<int>(grid.axis[1].present) +
                         static_cast<int>(grid.axis[2].present);
   const double r = burst.radius;
   constexpr double pi = std::numbers::pi;
   BallVolume volume;
-  volume.whole = n_present == 3 ? 4.0 / 3.0 * pi * r * r * r : (n_present == 2 ? pi * r * r : 2.0 * r);
+  volume.whole =
+      n_present == 3 ? 4.0 / 3.0 * pi * r * r * r : (n_present == 2 ? pi * r * r : 2.0 * r);
   bool cut = false;
   for (std::size_t d = 0; d < 3; ++d)
     cut = cut || (grid.axis[d].present && (burst.center[d] - r < grid.axis[d].min ||
@@ -107,8 +109,8 @@ BallVolume ball_volume(const Grid& grid, const Burst& burst) {
 
 }  // namespace
 
-BurstOnGrid make_burst(const Grid& grid, const Gas& gas, const Burst& burst, double ambient_pressure,
-                       double ambient_density) {
+BurstOnGrid make_burst(const Grid& grid, const Gas& gas, const Burst& burst,
+                       double ambient_pressure, double ambient_density) {
   BurstOnGrid result;
   result.fraction.reserve(grid.n_cells());
   for (int k = 0; k < grid.axis[2].n; ++k)
@@ -121,12 +123,15 @@ BurstOnGrid make_burst(const Grid& grid, const Gas& gas, const Burst& burst, dou
         result.volume += f * cell_volume(grid, i, j, k);
       }
   if (result.volume <= 0.0)
-    throw CaseError(fmt::format("flow.burst: a ball of radius {} m touches no cell; refine the grid or "
-                                "take a larger radius", burst.radius));
+    throw CaseError(
+        fmt::format("flow.burst: a ball of radius {} m touches no cell; refine the grid or "
+                    "take a larger radius",
+                    burst.radius));
   const double share = ball_volume(grid, burst).share;
   const double gamma_1 = gas.heat_capacity_ratio - 1.0;
-  result.pressure = burst.energy > 0.0 ? ambient_pressure + gamma_1 * burst.energy * share / result.volume
-                                       : burst.pressure;
+  result.pressure = burst.energy > 0.0
+                        ? ambient_pressure + gamma_1 * burst.energy * share / result.volume
+                        : burst.pressure;
   result.density = burst.mass > 0.0 ? ambient_density + burst.mass * share / result.volume
                                     : density(gas, result.pressure, burst.temperature);
   result.energy = (result.pressure - ambient_pressure) / gamma_1 * result.volume;

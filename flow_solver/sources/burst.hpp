@@ -32,8 +32,8 @@ struct BurstOnGrid {
 /// Lays a burst on the grid by volume fractions, so that its front starts in the right place on any
 /// grid (a jump between nodes shifts the shock by up to 0.25 cells for good). Where the energy is
 /// given, the ball's pressure is set so that the grid receives exactly the share of the energy that
-/// lies inside the domain (a plane of symmetry through the centre: one half); the same for a given mass. Throws CaseError when
-/// no cell is touched.
+/// lies inside the domain (a plane of symmetry through the centre: one half); the same for a given
+/// mass. Throws CaseError when no cell is touched.
 [[nodiscard]] BurstOnGrid make_burst(const Grid& grid, const Gas& gas, const Burst& burst,
                                      double ambient_pressure, double ambient_density);
 

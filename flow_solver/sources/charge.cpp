@@ -21,7 +21,8 @@ double share_of(const Grid& grid, const Point& center) {
     const Axis& axis = grid.axis[a];
     if (!axis.present || (a == 0 && grid.geometry != Geometry::cartesian)) continue;
     const double near = 1e-9 * (axis.max - axis.min);
-    if (std::abs(center[a] - axis.min) <= near || std::abs(center[a] - axis.max) <= near) share *= 0.5;
+    if (std::abs(center[a] - axis.min) <= near || std::abs(center[a] - axis.max) <= near)
+      share *= 0.5;
   }
   return share;
 }
@@ -33,7 +34,10 @@ struct CellMean {
 class Sampler {
  public:
   Sampler(const Grid& grid, const SteppedWave& wave, const Point& center)
-      : grid_(&grid), wave_(&wave), center_(center), t_(wave.time()),
+      : grid_(&grid),
+        wave_(&wave),
+        center_(center),
+        t_(wave.time()),
         energy0_(wave.ambient().p / (wave.gas().heat_capacity_ratio - 1.0)) {}
 
   [[nodiscard]] CellMean mean(int i, int j, int k) const {
@@ -67,7 +71,8 @@ class Sampler {
     const RadialState s = wave_->at(r, t_);
     cell.change[0] += weight * (s.rho - wave_->ambient().rho);
     for (std::size_t a = 0; a < 3; ++a) {
-      if (grid_->axis[a].present && r > 0.0) cell.change[1 + a] += weight * s.rho * s.u * (x[a] - center_[a]) / r;
+      if (grid_->axis[a].present && r > 0.0)
+        cell.change[1 + a] += weight * s.rho * s.u * (x[a] - center_[a]) / r;
     }
     cell.change[4] += weight * (s.internal_energy + 0.5 * s.rho * s.u * s.u - energy0_);
   }
@@ -79,9 +84,11 @@ class Sampler {
 };
 
 /// Scales mass and energy within the front so that their sums are those asked for.
-void correct_sums(const Grid& grid, const SteppedWave& wave, const std::vector<std::uint8_t>& touched,
-                  const RadialTotals& asked, WaveOnGrid& out) {
-  const double rho0 = wave.ambient().rho, e0 = wave.ambient().p / (wave.gas().heat_capacity_ratio - 1.0);
+void correct_sums(const Grid& grid, const SteppedWave& wave,
+                  const std::vector<std::uint8_t>& touched, const RadialTotals& asked,
+                  WaveOnGrid& out) {
+  const double rho0 = wave.ambient().rho,
+               e0 = wave.ambient().p / (wave.gas().heat_capacity_ratio - 1.0);
   RadialTotals sum, whole;
   std::vector<double> volume(touched.size(), 0.0);
   std::size_t cell = 0;
@@ -116,7 +123,8 @@ double mirrored_tnt_mass(double mass, BurstKind burst) {
 
 BallStart tnt_ball(double mass, BurstKind burst) {
   const double whole = mirrored_tnt_mass(mass, burst);
-  return {.energy = calibration.energy * whole, .radius = calibration.radius * std::cbrt(whole),
+  return {.energy = calibration.energy * whole,
+          .radius = calibration.radius * std::cbrt(whole),
           .mass = calibration.mass * whole};
 }
 
@@ -164,7 +172,8 @@ WaveOnGrid make_wave_on_grid(const Grid& grid, const SteppedWave& wave, const Po
 }
 
 void IncidentWaves::cover(double begin, double end) {
-  for (const PlacedWave& w : waves_) w.wave->cover(begin + start_ - w.delay, end + start_ - w.delay);
+  for (const PlacedWave& w : waves_)
+    w.wave->cover(begin + start_ - w.delay, end + start_ - w.delay);
 }
 
 State IncidentWaves::at(double t, double x, double y, double z) const {
@@ -185,22 +194,25 @@ State IncidentWaves::at(double t, double x, double y, double z) const {
   return sum;
 }
 
-PrescribedWave::PrescribedWave(const Gas& gas, const State& ambient, BurstKind burst, double mass, double r_min,
-                               double r_max)
+PrescribedWave::PrescribedWave(const Gas& gas, const State& ambient, BurstKind burst, double mass,
+                               double r_min, double r_max)
     : gas_(gas), ambient_(ambient), r_min_(r_min) {
   // Curves are smooth in log r: steps of 1 % leave an interpolation error below 1e-4.
   constexpr double ratio = 1.01;
   step_ = std::log(ratio);
-  for (double r = r_min; r < r_max * ratio * ratio; r *= ratio) forms_.push_back(blast_wave_form(burst, mass, r, false));
+  for (double r = r_min; r < r_max * ratio * ratio; r *= ratio)
+    forms_.push_back(blast_wave_form(burst, mass, r, false));
 }
 
 BlastWaveForm PrescribedWave::form(double r) const {
-  const double s = std::clamp(std::log(r / r_min_) / step_, 0.0, static_cast<double>(forms_.size()) - 1.001);
+  const double s =
+      std::clamp(std::log(r / r_min_) / step_, 0.0, static_cast<double>(forms_.size()) - 1.001);
   const auto i = static_cast<std::size_t>(s);
   const double f = s - static_cast<double>(i);
   const auto mix = [f](double a, double b) { return (1.0 - f) * a + f * b; };
   const BlastWaveForm &a = forms_[i], &b = forms_[i + 1];
-  return {mix(a.peak, b.peak), mix(a.arrival, b.arrival), mix(a.duration, b.duration), mix(a.decay, b.decay)};
+  return {mix(a.peak, b.peak), mix(a.arrival, b.arrival), mix(a.duration, b.duration),
+          mix(a.decay, b.decay)};
 }
 
 RadialState PrescribedWave::at(double r, double t) const {

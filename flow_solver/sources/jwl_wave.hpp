@@ -5,16 +5,17 @@
 
 namespace ocublast::flow::inline OCU_PRECISION {
 
-/// Explosive with products after Jones, Wilkins and Lee: p = A (1 - w/(R1 V)) exp(-R1 V) + B (1 - w/(R2 V))
-/// exp(-R2 V) + w E/V, V = rho0/rho, E per initial volume. Values for TNT (with an E0 of 4.29 MJ/kg).
+/// Explosive with products after Jones, Wilkins and Lee: p = A (1 - w/(R1 V)) exp(-R1 V) + B (1 -
+/// w/(R2 V)) exp(-R2 V) + w E/V, V = rho0/rho, E per initial volume. Values for TNT (with an E0
+/// of 4.29 MJ/kg).
 struct Jwl {
-  double density = 1630.0;       ///< kg/m^3, rho0
-  double A = 527.28e9;           ///< Pa
-  double B = 6.300e9;            ///< Pa
+  double density = 1630.0;  ///< kg/m^3, rho0
+  double A = 527.28e9;      ///< Pa
+  double B = 6.300e9;       ///< Pa
   double R1 = 4.71;
   double R2 = 1.07;
   double omega = 0.29;
-  double energy = 7.0e9;         ///< J/m^3, E0
+  double energy = 7.0e9;             ///< J/m^3, E0
   double detonation_speed = 6985.0;  ///< m/s
 };
 
@@ -23,10 +24,10 @@ struct JwlResolution {
   double air_growth = 0.006;  ///< thickness of the air cells by distance from the charge
 };
 
-/// Spherical wave of a charge lit at its centre: Lagrangian cells of products and air with artificial
-/// viscosity (von Neumann and Richtmyer 1950), in the predictor-corrector form that keeps the total energy
-/// to round-off (Caramana et al. 1998, J. Comput. Phys. 146:227); programmed burn with the detonation speed.
-/// Products and air do not mix; no afterburning.
+/// Spherical wave of a charge lit at its centre: Lagrangian cells of products and air with
+/// artificial viscosity (von Neumann and Richtmyer 1950), in the predictor-corrector form that
+/// keeps the total energy to round-off (Caramana et al. 1998, J. Comput. Phys. 146:227); programmed
+/// burn with the detonation speed. Products and air do not mix; no afterburning.
 class JwlWave final : public SteppedWave {
  public:
   /// `mass` [kg] of explosive; air up to `r_max` [m].
@@ -49,7 +50,8 @@ class JwlWave final : public SteppedWave {
     double q = 0.0;     ///< Pa
     double c = 0.0;     ///< m/s
   };
-  void close(std::vector<Cell>& cells, const std::vector<double>& r, const std::vector<double>& u, double t) const;
+  void close(std::vector<Cell>& cells, const std::vector<double>& r, const std::vector<double>& u,
+             double t) const;
   [[nodiscard]] double stable_step() const;
   void record(double t);
 

@@ -24,10 +24,11 @@ struct ScaledRange {
 };
 [[nodiscard]] ScaledRange kingery_bulmash_range(BurstKind burst, BlastQuantity quantity);
 
-/// Curve of Kingery and Bulmash (1984), ARBRL-TR-02555, for TNT in air at sea level: 10^(sum c_i U^i),
-/// U = K0 + K1 log10 Z. Times and impulses are per cube root of the charge mass. Throws CaseError
-/// outside the range.
-[[nodiscard]] double kingery_bulmash(BurstKind burst, BlastQuantity quantity, double scaled_distance);
+/// Curve of Kingery and Bulmash (1984), ARBRL-TR-02555, for TNT in air at sea level: 10^(sum c_i
+/// U^i), U = K0 + K1 log10 Z. Times and impulses are per cube root of the charge mass. Throws
+/// CaseError outside the range.
+[[nodiscard]] double kingery_bulmash(BurstKind burst, BlastQuantity quantity,
+                                     double scaled_distance);
 
 /// Wave form p(t) = peak (1 - s) exp(-decay s), s = (t - arrival)/duration, at one place.
 struct BlastWaveForm {
@@ -39,11 +40,12 @@ struct BlastWaveForm {
   [[nodiscard]] double overpressure(double t) const;
 };
 
-/// Decay b of a Friedlander wave with peak P, duration d and impulse I: P d (b - 1 + exp(-b)) = I b^2,
-/// by Newton's method.
+/// Decay b of a Friedlander wave with peak P, duration d and impulse I: P d (b - 1 + exp(-b)) = I
+/// b^2, by Newton's method.
 [[nodiscard]] double friedlander_decay(double peak, double duration, double impulse);
 
 /// Incident (or normally reflected) wave of a charge [kg of TNT] at a distance [m].
-[[nodiscard]] BlastWaveForm blast_wave_form(BurstKind burst, double charge_mass, double distance, bool reflected);
+[[nodiscard]] BlastWaveForm blast_wave_form(BurstKind burst, double charge_mass, double distance,
+                                            bool reflected);
 
 }  // namespace ocublast::flow

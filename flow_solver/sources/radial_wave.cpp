@@ -6,13 +6,15 @@
 namespace ocublast::flow::inline OCU_PRECISION {
 namespace {
 
-// The front is the outermost place with this part of the largest overpressure, and of ambient pressure.
+// The front is the outermost place with this part of the largest overpressure, and of ambient
+// pressure.
 constexpr double front_part = 0.01;
 constexpr double front_least = 1e-3;
 
 RadialState blend(const RadialState& a, const RadialState& b, double f) {
   const auto mix = [f](double x, double y) { return (1.0 - f) * x + f * y; };
-  return {mix(a.rho, b.rho), mix(a.u, b.u), mix(a.p, b.p), mix(a.internal_energy, b.internal_energy)};
+  return {mix(a.rho, b.rho), mix(a.u, b.u), mix(a.p, b.p),
+          mix(a.internal_energy, b.internal_energy)};
 }
 
 }  // namespace

@@ -23,11 +23,13 @@ struct RadialTotals {
   double energy = 0.0;  ///< J
 };
 
-/// Blast wave that knows its distance to the charge only, at all times of a window that moves forward.
+/// Blast wave that knows its distance to the charge only, at all times of a window that moves
+/// forward.
 class RadialWave {
  public:
   virtual ~RadialWave() = default;
-  /// Makes the times [begin, end] known and forgets earlier ones; `begin` never falls. s after detonation.
+  /// Makes the times [begin, end] known and forgets earlier ones; `begin` never falls. s after
+  /// detonation.
   virtual void cover(double begin, double end) = 0;
   /// Gas at r [m] and a covered time [s].
   [[nodiscard]] virtual RadialState at(double r, double t) const = 0;
@@ -35,8 +37,8 @@ class RadialWave {
   [[nodiscard]] virtual double front_radius(double t) const = 0;
 };
 
-/// A wave computed in steps: states on nodes at each step, linear between nodes and between steps. What it
-/// gives at a time does not depend on which windows were asked for.
+/// A wave computed in steps: states on nodes at each step, linear between nodes and between steps.
+/// What it gives at a time does not depend on which windows were asked for.
 class SteppedWave : public RadialWave {
  public:
   SteppedWave(const Gas& gas, const State& ambient) : gas_(gas), ambient_(ambient) {}

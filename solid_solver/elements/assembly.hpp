@@ -185,7 +185,7 @@ class Assembly {
   std::vector<SharedPressures> shared_pressures_;
   std::vector<double> mass_;
   std::vector<bool> planar_;
-  std::vector<KernelSums> sums_;  ///< per chunk
+  std::vector<KernelSums> sums_;                             ///< per chunk
   std::vector<Scratch, AlignedAllocator<Scratch>> scratch_;  ///< per thread
   bool has_nodal_ = false;
 };

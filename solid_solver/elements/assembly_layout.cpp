@@ -1,13 +1,12 @@
 // How an assembly is laid out: elements per tissue, blocks, chunks, tasks, rows, lumped mass.
 
-#include "solid_solver/elements/assembly.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <stdexcept>
 #include <tuple>
 
+#include "solid_solver/elements/assembly.hpp"
 #include "solid_solver/mesh/cell_geometry.hpp"
 
 namespace ocublast::solid {

@@ -33,11 +33,11 @@ using Symmetric = std::array<double, 6>;
 
 /// Scalars of one cell that tables and pictures show.
 struct CellScalars {
-  double pressure = 0.0;          ///< -tr(sigma)/3, over ambient, Pa
-  double von_mises = 0.0;         ///< Pa
-  double principal_stress = 0.0;  ///< largest, Pa
-  double principal_strain = 0.0;  ///< largest stretch less 1
-  double deviatoric_norm = 0.0;   ///< sqrt(s:s) of the stress deviator, Pa
+  double pressure = 0.0;                       ///< -tr(sigma)/3, over ambient, Pa
+  double von_mises = 0.0;                      ///< Pa
+  double principal_stress = 0.0;               ///< largest, Pa
+  double principal_strain = 0.0;               ///< largest stretch less 1
+  double deviatoric_norm = 0.0;                ///< sqrt(s:s) of the stress deviator, Pa
   std::array<double, 3> principal_stresses{};  ///< the largest first, Pa
   std::array<double, 3> principal_strains{};   ///< principal stretches less 1, the largest first
 };

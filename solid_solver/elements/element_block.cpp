@@ -70,9 +70,9 @@ ElementBlock::ElementBlock(const ElementType& type, const MaterialLaw& law,
     });
   // Elements with fewer nodes share them more: larger chunks have fewer rows for each.
   const std::size_t n_nodes = info(type_.shape).n_nodes;
-  const std::size_t chunk_elements = std::clamp(parts.chunk_elements * 64 / (n_nodes * n_nodes),
-                                                lanes, most_chunk_elements) /
-                                     lanes * lanes;
+  const std::size_t chunk_elements =
+      std::clamp(parts.chunk_elements * 64 / (n_nodes * n_nodes), lanes, most_chunk_elements) /
+      lanes * lanes;
   pack({cells.begin(), border}, chunk_elements);
   n_border_chunks_ = chunks_.size();
   pack({border, cells.end()}, chunk_elements);
@@ -171,8 +171,8 @@ std::vector<std::int64_t> ElementBlock::number_pressure_nodes(const Parts& parts
   for (const auto key : sorted) {
     const auto material = static_cast<std::size_t>(key % n_materials);
     const auto& constants = parts.materials[material].constants;
-    pressure_node_of_.push_back({static_cast<std::int32_t>(key / n_materials),
-                                 static_cast<std::int32_t>(material)});
+    pressure_node_of_.push_back(
+        {static_cast<std::int32_t>(key / n_materials), static_cast<std::int32_t>(material)});
     nodal_constants_.insert(nodal_constants_.end(), constants.begin(), constants.end());
     nodal_constants_.resize(pressure_node_of_.size() * law_.n_values());
   }

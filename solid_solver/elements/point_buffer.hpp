@@ -45,14 +45,14 @@ struct BlockView {
   /// [batch, nodes per element, 8] Where a node's row lies among those of the element's chunk, in
   /// doubles: rows of `row_stride` numbers.
   const std::uint16_t* nodes = nullptr;
-  const double* reference = nullptr;    ///< [batch, n_reference, 8], the element's own layout
-  const double* constants = nullptr;    ///< [batch, n_values, 8] of the law
-  const double* viscosity = nullptr;    ///< [batch, 2, 8] linear Pa s, quadratic Pa s^2
-  double* memory = nullptr;             ///< [batch, 2, 8] dilatation, viscous stress (Pa)
+  const double* reference = nullptr;  ///< [batch, n_reference, 8], the element's own layout
+  const double* constants = nullptr;  ///< [batch, n_values, 8] of the law
+  const double* viscosity = nullptr;  ///< [batch, 2, 8] linear Pa s, quadratic Pa s^2
+  double* memory = nullptr;           ///< [batch, 2, 8] dilatation, viscous stress (Pa)
   OverlayView overlay;
-  double* nodal_volume_change = nullptr;  ///< nodal: [n_pressure_nodes] sum of V/4 (J - 1), m^3
-  double* nodal_pressure = nullptr;       ///< nodal: [n_pressure_nodes] dU/dJ, Pa
-  const double* nodal_volume = nullptr;   ///< nodal: [n_pressure_nodes] sum of V/4, m^3
+  double* nodal_volume_change = nullptr;    ///< nodal: [n_pressure_nodes] sum of V/4 (J - 1), m^3
+  double* nodal_pressure = nullptr;         ///< nodal: [n_pressure_nodes] dU/dJ, Pa
+  const double* nodal_volume = nullptr;     ///< nodal: [n_pressure_nodes] sum of V/4, m^3
   const double* nodal_constants = nullptr;  ///< nodal: [n_pressure_nodes, n_values]
   const double* dilatation_rows = nullptr;  ///< nodal, to evaluate: J - 1 by rows of the chunk
 };

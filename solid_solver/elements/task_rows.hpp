@@ -43,8 +43,8 @@ class TaskRows {
   std::size_t width_ = 1;
   std::vector<std::int32_t> targets_;  ///< a row, or ~ the number of a copy
   std::vector<std::size_t> first_target_{0};
-  std::vector<std::int32_t> shared_;      ///< rows with copies; those of border tasks alone first
-  std::vector<std::size_t> first_copy_;   ///< per shared row; one more at the end
+  std::vector<std::int32_t> shared_;     ///< rows with copies; those of border tasks alone first
+  std::vector<std::size_t> first_copy_;  ///< per shared row; one more at the end
   std::size_t n_border_shared_ = 0;
   AlignedVector<double> copies_;
 };

@@ -49,8 +49,7 @@ struct Tet4Kernels {
     for (int i = 0; i < 9; ++i) store<W>(&buffer.gradient[p][i][lane], H[i]);
     store<W>(&buffer.weight[p][lane], load<W>(ref + 9 * batch_lanes));
     if constexpr (nodal)
-      store<W>(&buffer.mean_stress[p][lane],
-               0.25 * ((n[0][3] + n[1][3]) + (n[2][3] + n[3][3])));
+      store<W>(&buffer.mean_stress[p][lane], 0.25 * ((n[0][3] + n[1][3]) + (n[2][3] + n[3][3])));
   }
 
   static void gradients(const BlockView& block, const double* rows, std::int64_t begin,

@@ -192,10 +192,9 @@ void read_interface(Section& solid, const SetNames& names, SolidCase& result) {
   result.interface = result.coupled ? "wet" : "";
   section.text("faces", result.interface,
                {.help = "face set, closed; default wet in a coupled case"});
-  section.real("quiet_overpressure_Pa", result.setup.control.quiet_overpressure,
-               {.unit = "Pa",
-                .min = 0.0,
-                .help = "loads up to this leave a body at rest asleep; 0: exact"});
+  section.real(
+      "quiet_overpressure_Pa", result.setup.control.quiet_overpressure,
+      {.unit = "Pa", .min = 0.0, .help = "loads up to this leave a body at rest asleep; 0: exact"});
   if (section.listing() || result.interface.empty() || names.mesh().n_cells() == 0) return;
   result.setup.interface = names.facets(section, "faces", result.interface);
   if (result.setup.interface.empty()) return;

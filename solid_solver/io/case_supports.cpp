@@ -182,26 +182,25 @@ void read_springs(Section& solid, const SetNames& names, SolidSetup& setup) {
 }
 
 void read_pressures(Section& solid, const SetNames& names, SolidSetup& setup) {
-  solid.tables(
-      "pressure", "pressure that follows a surface", [&](Section& entry, std::size_t) {
-        PressureLoad load{
-            .facets = names.facets(entry, "faces", read_name(entry, "faces", true, "face set"))};
-        std::filesystem::path table;
-        load.by_facet = !entry.listing() && entry.has("table");
-        if (entry.listing() || load.by_facet)
-          entry.file("table", table,
-                     {.help = "instead of times and overpressures: CSV file of a line of titles, "
-                              "then time_s and an overpressure (Pa) for each facet of the set"});
-        if (!load.by_facet)
-          load.pressure =
-              read_schedule(entry, "overpressures_Pa", "Pa", "pressure less ambient at the times");
-        if (load.by_facet && !load.facets.empty() && std::filesystem::is_regular_file(table)) {
-          std::vector<std::string> faults;
-          load.of_facet = read_schedules(table, load.facets.size(), faults);
-          for (const auto& fault : faults) entry.fault("table", fault);
-        }
-        setup.pressures.push_back(std::move(load));
-      });
+  solid.tables("pressure", "pressure that follows a surface", [&](Section& entry, std::size_t) {
+    PressureLoad load{
+        .facets = names.facets(entry, "faces", read_name(entry, "faces", true, "face set"))};
+    std::filesystem::path table;
+    load.by_facet = !entry.listing() && entry.has("table");
+    if (entry.listing() || load.by_facet)
+      entry.file("table", table,
+                 {.help = "instead of times and overpressures: CSV file of a line of titles, "
+                          "then time_s and an overpressure (Pa) for each facet of the set"});
+    if (!load.by_facet)
+      load.pressure =
+          read_schedule(entry, "overpressures_Pa", "Pa", "pressure less ambient at the times");
+    if (load.by_facet && !load.facets.empty() && std::filesystem::is_regular_file(table)) {
+      std::vector<std::string> faults;
+      load.of_facet = read_schedules(table, load.facets.size(), faults);
+      for (const auto& fault : faults) entry.fault("table", fault);
+    }
+    setup.pressures.push_back(std::move(load));
+  });
 }
 
 Schedule read_factor(Section& entry) {

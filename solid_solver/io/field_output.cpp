@@ -16,12 +16,11 @@ struct CellField {
   const char* units;
   std::size_t width;
 };
-constexpr CellField cell_fields[] = {{"pressure", "Pa", 1},        {"von_mises", "Pa", 1},
-                                     {"stress", "Pa", 6},          {"principal_stress", "Pa", 1},
-                                     {"principal_strain", "1", 1}, {"deviatoric_norm", "Pa", 1},
-                                     {"volume_ratio", "1", 1},     {"energy_density", "J/m^3", 1},
-                                     {"principal_stresses", "Pa", 3},
-                                     {"principal_strains", "1", 3}};
+constexpr CellField cell_fields[] = {
+    {"pressure", "Pa", 1},         {"von_mises", "Pa", 1},         {"stress", "Pa", 6},
+    {"principal_stress", "Pa", 1}, {"principal_strain", "1", 1},   {"deviatoric_norm", "Pa", 1},
+    {"volume_ratio", "1", 1},      {"energy_density", "J/m^3", 1}, {"principal_stresses", "Pa", 3},
+    {"principal_strains", "1", 3}};
 struct NodeField {
   const char* name;
   const char* units;
@@ -53,8 +52,8 @@ std::vector<float> gather(const CellField& field, const SolidMesh& mesh,
       continue;
     }
     if (field.width == 3) {
-      for (const double value : name == "principal_stresses" ? s.principal_stresses
-                                                             : s.principal_strains)
+      for (const double value :
+           name == "principal_stresses" ? s.principal_stresses : s.principal_strains)
         values.push_back(static_cast<float>(value));
       continue;
     }
@@ -172,7 +171,11 @@ std::string FieldOutput::grid(const SolidMesh& mesh, std::size_t step,
   for (const auto& field : cell_fields)
     if (wanted(field.name))
       attribute(
-          field.name, field.width == 1 ? "Scalar" : field.width == 3 ? "Vector" : "Tensor6", "Cell",
+          field.name,
+          field.width == 1   ? "Scalar"
+          : field.width == 3 ? "Vector"
+                             : "Tensor6",
+          "Cell",
           data_item(fmt::format("{}{}/{}", file, group, field.name),
                     field.width == 1 ? fmt::format("{}", n) : fmt::format("{} {}", n, field.width),
                     "Float", 4));

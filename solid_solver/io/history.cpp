@@ -80,7 +80,7 @@ struct ColumnName {
   const char* unit;
 };
 constexpr ColumnName cell_columns[n_cell_columns] = {
-    {"pressure", "Pa"},        {"von_mises", "Pa"},   {"principal_stress", "Pa"},
+    {"pressure", "Pa"},        {"von_mises", "Pa"},       {"principal_stress", "Pa"},
     {"principal_strain", "1"}, {"deviatoric_norm", "Pa"}, {"volume_ratio", "1"},
     {"energy_density", "J_m3"}};
 enum Statistic { least, mean_value, most, n_statistics };
@@ -91,8 +91,8 @@ constexpr std::size_t tissue_column(CellColumn quantity, Statistic statistic) {
 }
 
 const std::vector<std::string> node_columns{
-    "displacement_x_m",   "displacement_y_m",    "displacement_z_m",   "velocity_x_m_s",
-    "velocity_y_m_s",     "velocity_z_m_s",      "displacement_m",     "acceleration_x_m_s2",
+    "displacement_x_m",    "displacement_y_m",   "displacement_z_m", "velocity_x_m_s",
+    "velocity_y_m_s",      "velocity_z_m_s",     "displacement_m",   "acceleration_x_m_s2",
     "acceleration_y_m_s2", "acceleration_z_m_s2"};
 
 std::array<double, n_cell_columns> cell_values(const double* cell, double volume) {

@@ -9,11 +9,11 @@
 //   name, help, finite_strain (kinematics of Gradient), enum of constants, their description,
 //   n_fields (numbers per element behind the constants, e.g. fibre directions), moduli(),
 //   volumetric_stress(c, j), isochoric_stress(c, gradient, P), volumetric_energy, isochoric_energy.
-// Where the isochoric stress is a F + b cof F, isochoric_factors(c, gradient, a, b) says so as well:
-// that spares the force loop a third of the products at the end of a point.
-// The stress is P = isochoric + volumetric_stress * g.cof; both are derivatives of the energies.
-// The header lies in laws/; the build finds it there, compiles the law for every instruction set and
-// puts it into the factory. Every element works with it, and the tests over all laws take it up.
+// Where the isochoric stress is a F + b cof F, isochoric_factors(c, gradient, a, b) says so as
+// well: that spares the force loop a third of the products at the end of a point. The stress is P =
+// isochoric + volumetric_stress * g.cof; both are derivatives of the energies. The header lies in
+// laws/; the build finds it there, compiles the law for every instruction set and puts it into the
+// factory. Every element works with it, and the tests over all laws take it up.
 #define OCU_LAW_INLINE static inline __attribute__((always_inline))
 
 namespace ocublast::solid {

@@ -1,9 +1,11 @@
 // Error against cells and time of the gas schemes on problems with known answers, one run per call:
-//   flow_accuracy run PROBLEM SCHEME N FILE  prints error, processor seconds, steps; FILE holds the reference
-//   flow_accuracy initial PROBLEM N         prints "rho u v w p" of every cell
-//   flow_accuracy reference PROBLEM N       prints "value weight" of every cell: error = sum of weight
+//   flow_accuracy run PROBLEM SCHEME N FILE  prints error, processor seconds, steps; FILE holds the
+//   reference flow_accuracy initial PROBLEM N         prints "rho u v w p" of every cell
+//   flow_accuracy reference PROBLEM N       prints "value weight" of every cell: error = sum of
+//   weight
 //                                           |computed - value|
-// Problems: sod, shu_osher (in the waves behind the shock), vortex (N x N), burst (octant of N^3 / 8 cells).
+// Problems: sod, shu_osher (in the waves behind the shock), vortex (N x N), burst (octant of N^3 /
+// 8 cells).
 
 #include <cmath>
 #include <cstdio>
@@ -41,9 +43,10 @@ constexpr double burst_radius = 0.2, burst_pressure = 100.0, burst_end = 0.08;
 
 Problem sod(int n) {
   const double h = 1.0 / n;
-  return {uniform_grid({n, 1, 1}, {-0.5, 0, 0}, {0.5, 1, 1}), all_faces(BoundaryKind::symmetry), 0.2, false,
-          [h](double x, double, double) {
-            return State{.rho = blend(sod_left.rho, sod_right.rho, x, h), .p = blend(sod_left.p, sod_right.p, x, h)};
+  return {uniform_grid({n, 1, 1}, {-0.5, 0, 0}, {0.5, 1, 1}), all_faces(BoundaryKind::symmetry),
+          0.2, false, [h](double x, double, double) {
+            return State{.rho = blend(sod_left.rho, sod_right.rho, x, h),
+                         .p = blend(sod_left.p, sod_right.p, x, h)};
           }};
 }
 
@@ -51,9 +54,11 @@ Problem shu_osher(int n) {
   Boundaries faces = all_faces(BoundaryKind::fixed_state, shu_left);
   faces[1] = {.kind = BoundaryKind::outflow, .state = {.rho = 1.0, .p = 1.0}};
   const double h = 2.0 / n;
-  return {uniform_grid({n, 1, 1}, {-1, 0, 0}, {1, 1, 1}), faces, 0.47, false, [h](double x, double, double) {
+  return {uniform_grid({n, 1, 1}, {-1, 0, 0}, {1, 1, 1}), faces, 0.47, false,
+          [h](double x, double, double) {
             const double rho = 1.0 + 0.2 * std::sin(5.0 * pi * x);
-            return State{.rho = blend(shu_left.rho, rho, x + 0.8, h), .u = blend(shu_left.u, 0.0, x + 0.8, h),
+            return State{.rho = blend(shu_left.rho, rho, x + 0.8, h),
+                         .u = blend(shu_left.u, 0.0, x + 0.8, h),
                          .p = blend(shu_left.p, 1.0, x + 0.8, h)};
           }};
 }
@@ -64,12 +69,15 @@ State vortex_state(double x, double y) {
   const double r2 = x * x + y * y, e = std::exp(0.5 * (1.0 - r2));
   const double T = 1.0 - (g - 1.0) * strength * strength / (8.0 * g * pi * pi) * e * e;
   const double rho = std::pow(T, 1.0 / (g - 1.0));
-  return {.rho = rho, .u = 1.0 - strength / (2.0 * pi) * e * y, .v = 1.0 + strength / (2.0 * pi) * e * x, .p = rho * T};
+  return {.rho = rho,
+          .u = 1.0 - strength / (2.0 * pi) * e * y,
+          .v = 1.0 + strength / (2.0 * pi) * e * x,
+          .p = rho * T};
 }
 
 Problem vortex(int n) {
-  return {uniform_grid({n, n, 1}, {-5, -5, 0}, {5, 5, 1}, true), all_faces(BoundaryKind::periodic), 10.0, false,
-          [](double x, double y, double) { return vortex_state(x, y); }};
+  return {uniform_grid({n, n, 1}, {-5, -5, 0}, {5, 5, 1}, true), all_faces(BoundaryKind::periodic),
+          10.0, false, [](double x, double y, double) { return vortex_state(x, y); }};
 }
 
 Problem burst(int n) {
@@ -77,7 +85,8 @@ Problem burst(int n) {
   Boundaries faces = all_faces(BoundaryKind::outflow, {.rho = 1.0, .p = 1.0});
   faces[0].kind = faces[2].kind = faces[4].kind = BoundaryKind::symmetry;
   const int m = n / 2;
-  return {uniform_grid({m, m, m}, {0, 0, 0}, {1, 1, 1}), faces, burst_end, true, [h](double x, double y, double z) {
+  return {uniform_grid({m, m, m}, {0, 0, 0}, {1, 1, 1}), faces, burst_end, true,
+          [h](double x, double y, double z) {
             const double r = std::sqrt(x * x + y * y + z * z);
             return State{.rho = 1.0, .p = blend(burst_pressure, 1.0, r - burst_radius, h)};
           }};
@@ -94,7 +103,8 @@ Problem problem_of(const std::string& name, int n) {
 
 FlowOptions options_of(const std::string& scheme) {
   FlowOptions o = unit_options();
-  o.scheme = scheme == "muscl" ? Scheme::muscl : (scheme == "compact8" ? Scheme::compact8 : Scheme::compact6);
+  o.scheme = scheme == "muscl" ? Scheme::muscl
+                               : (scheme == "compact8" ? Scheme::compact8 : Scheme::compact6);
   return o;
 }
 
@@ -105,12 +115,13 @@ struct Reference {
 std::vector<double> line_values(Flow& flow, bool pressure) {
   std::vector<double> out;
   const auto W = flow.primitives();
-  for (int i = 0; i < flow.grid().axis[0].n; ++i) out.push_back(W(0, i, 0, 0) * (pressure ? W(4, i, 0, 0) : 1.0));
+  for (int i = 0; i < flow.grid().axis[0].n; ++i)
+    out.push_back(W(0, i, 0, 0) * (pressure ? W(4, i, 0, 0) : 1.0));
   return out;
 }
 
-/// Means over the cells of n of a compact6 run on 3200 cells (4800 for N above 400): its own error in the
-/// waves is a tenth of that of 400 cells.
+/// Means over the cells of n of a compact6 run on 3200 cells (4800 for N above 400): its own error
+/// in the waves is a tenth of that of 400 cells.
 std::vector<Reference> shu_osher_reference(int n) {
   const int fine = n > 400 ? 8 * n : 3200 / n * n;
   const Problem p = shu_osher(fine);
@@ -140,7 +151,9 @@ std::vector<Reference> burst_reference(const Grid& grid) {
   Boundaries faces = all_faces(BoundaryKind::outflow, {.rho = 1.0, .p = 1.0});
   faces[0].kind = BoundaryKind::symmetry;
   Flow flow(line, faces, options_of("muscl"));
-  flow.set_state([](double r, double, double) { return State{.rho = 1.0, .p = r < burst_radius ? burst_pressure : 1.0}; });
+  flow.set_state([](double r, double, double) {
+    return State{.rho = 1.0, .p = r < burst_radius ? burst_pressure : 1.0};
+  });
   run_to(flow, burst_end);
   const std::vector<double> p = line_values(flow, true);
   std::vector<Reference> out;
@@ -174,7 +187,8 @@ std::vector<Reference> reference_of(const std::string& name, int n, const Grid& 
   }
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i)
-      out.push_back({vortex_state(grid.axis[0].x(i), grid.axis[1].x(j)).rho, 1.0 / (static_cast<double>(n) * n)});
+      out.push_back({vortex_state(grid.axis[0].x(i), grid.axis[1].x(j)).rho,
+                     1.0 / (static_cast<double>(n) * n)});
   return out;
 }
 
@@ -187,7 +201,8 @@ std::vector<Reference> read_reference(const std::string& path, std::size_t cells
   return out;
 }
 
-int run(const std::string& name, const std::string& scheme, int n, const std::string& reference_file) {
+int run(const std::string& name, const std::string& scheme, int n,
+        const std::string& reference_file) {
   const Problem p = problem_of(name, n);
   Flow flow(p.grid, p.faces, options_of(scheme));
   flow.set_state(p.state);
@@ -196,7 +211,8 @@ int run(const std::string& name, const std::string& scheme, int n, const std::st
   const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   const auto reference = read_reference(reference_file, p.grid.n_cells());
   if (reference.empty()) {
-    std::fprintf(stderr, "flow_accuracy: '%s' is no reference for %s %d\n", reference_file.c_str(), name.c_str(), n);
+    std::fprintf(stderr, "flow_accuracy: '%s' is no reference for %s %d\n", reference_file.c_str(),
+                 name.c_str(), n);
     return 2;
   }
   double error = 0.0;
@@ -215,7 +231,8 @@ int run(const std::string& name, const std::string& scheme, int n, const std::st
 int print_cells(const std::string& what, const std::string& name, int n) {
   const Problem p = problem_of(name, n);
   if (what == "reference") {
-    for (const Reference& r : reference_of(name, n, p.grid)) std::printf("%.12e %.12e\n", r.value, r.weight);
+    for (const Reference& r : reference_of(name, n, p.grid))
+      std::printf("%.12e %.12e\n", r.value, r.weight);
     return 0;
   }
   for (int k = 0; k < p.grid.axis[2].n; ++k)
@@ -232,10 +249,13 @@ int print_cells(const std::string& what, const std::string& name, int n) {
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
-  if (what == "run" && argc == 6) return ocublast::flow::run(argv[2], argv[3], std::atoi(argv[4]), argv[5]);
+  if (what == "run" && argc == 6)
+    return ocublast::flow::run(argv[2], argv[3], std::atoi(argv[4]), argv[5]);
   if ((what == "initial" || what == "reference") && argc == 4) {
     return ocublast::flow::print_cells(what, argv[2], std::atoi(argv[3]));
   }
-  std::fprintf(stderr, "usage: flow_accuracy run PROBLEM SCHEME N FILE | initial PROBLEM N | reference PROBLEM N\n");
+  std::fprintf(
+      stderr,
+      "usage: flow_accuracy run PROBLEM SCHEME N FILE | initial PROBLEM N | reference PROBLEM N\n");
   return 2;
 }

@@ -1,12 +1,16 @@
 // Cell updates per second of the whole step (four stages, diffusivity, filter) in a cube, and where
-// the time goes. Usage: flow_speed [n ...] [-t threads] [-v] [-p] [-i isa] [-s steps]; without -t one
-// and two threads; -v with viscosity, -m with marked nodes in every pencil of the front, -p prints the
-// passes; -b a blast and -q a quiet gas with and without the active box; -B a ball of 8,192 facets at rest
-// and moving against none, -c at so many cells a step only; -l the limits of the machine.
-// With -j every run is one line of JSON as well. Under mpirun: the same cube on all ranks with one thread
-// each, in blocks -x nx ny nz; -w gives every rank a cube of its own; -l measures an exchange.
+// the time goes. Usage: flow_speed [n ...] [-t threads] [-v] [-p] [-i isa] [-s steps]; without -t
+// one and two threads; -v with viscosity, -m with marked nodes in every pencil of the front, -p
+// prints the passes; -b a blast and -q a quiet gas with and without the active box; -B a ball of
+// 8,192 facets at rest and moving against none, -c at so many cells a step only; -l the limits of
+// the machine. With -j every run is one line of JSON as well. Under mpirun: the same cube on all
+// ranks with one thread each, in blocks -x nx ny nz; -w gives every rank a cube of its own; -l
+// measures an exchange.
 //
-// Processor time, and the fastest of the steps: what the machine does for others then matters least.
+// Processor time, and the fastest of the steps: what the machine does for others then matters
+// least.
+
+#include <omp.h>
 
 #include <algorithm>
 #include <array>
@@ -19,8 +23,6 @@
 #include <span>
 #include <string_view>
 #include <vector>
-
-#include <omp.h>
 
 #include "coupler/base/rank_exchange.hpp"
 #include "flow_solver/immersed/immersed_boundary.hpp"
@@ -45,9 +47,9 @@ struct Request {
 };
 
 struct Rate {
-  double wall = 0.0;    ///< cells per second of wall time, mean
-  double cpu = 0.0;     ///< cells per second of processor time (all threads), mean
-  double best = 0.0;    ///< cells per second and thread of the first thread, fastest step
+  double wall = 0.0;  ///< cells per second of wall time, mean
+  double cpu = 0.0;   ///< cells per second of processor time (all threads), mean
+  double best = 0.0;  ///< cells per second and thread of the first thread, fastest step
   std::array<double, n_passes> pass{};  ///< ns per cell of the first thread's share, fastest
 };
 
@@ -81,25 +83,28 @@ Rate rate(int n, int threads, const Request& r) {
     flow.advance(0.0, flow.stable_step());
     fastest = std::min(fastest, PassClock::now() - t);
     for (std::size_t p = 0; p < n_passes; ++p) {
-      out.pass[p] = std::min(out.pass[p], 1e9 * (flow.pass_seconds()[p] - before[p]) * threads / cells);
+      out.pass[p] =
+          std::min(out.pass[p], 1e9 * (flow.pass_seconds()[p] - before[p]) * threads / cells);
     }
   }
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   out.cpu = cells * steps / (static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC);
   out.wall = cells * steps / seconds;
   out.best = cells / threads / fastest;
   return out;
 }
 
-/// Under mpirun: seconds of wall time of a step on all ranks together (fastest and median), and what this
-/// rank's neighbours get. Every rank has one thread.
+/// Under mpirun: seconds of wall time of a step on all ranks together (fastest and median), and
+/// what this rank's neighbours get. Every rank has one thread.
 void rank_rate(const Ranks& ranks, int n, const Request& r) {
   FlowOptions o = unit_options();
   o.rank_blocks = r.blocks;
   o.time_passes = true;  // tells the waiting
-  const std::array<int, 3> nodes = r.weak ? std::array{n, n, n * ranks.size()} : std::array{n, n, n};
-  Flow flow(uniform_grid(nodes, {0, 0, 0}, {1, 1, r.weak ? 1.0 * ranks.size() : 1.0}), all_faces(BoundaryKind::symmetry),
-            o, &ranks);
+  const std::array<int, 3> nodes =
+      r.weak ? std::array{n, n, n * ranks.size()} : std::array{n, n, n};
+  Flow flow(uniform_grid(nodes, {0, 0, 0}, {1, 1, r.weak ? 1.0 * ranks.size() : 1.0}),
+            all_faces(BoundaryKind::symmetry), o, &ranks);
   flow.set_state([](double x, double y, double z) {
     return State{.rho = 1.0, .p = x * x + y * y + z * z < 0.09 ? 8.0 : 1.0};
   });
@@ -120,27 +125,36 @@ void rank_rate(const Ranks& ranks, int n, const Request& r) {
     const double work = PassClock::now() - busy - (flow.pass_seconds()[waiting] - before[waiting]);
     cpu = std::min(cpu, ranks.max_of_all(work));
     ranks.wait_for_all();
-    seconds.push_back(ranks.max_of_all(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()));
-    for (std::size_t p = 0; p < n_passes; ++p) pass[p] = std::min(pass[p], flow.pass_seconds()[p] - before[p]);
+    seconds.push_back(ranks.max_of_all(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()));
+    for (std::size_t p = 0; p < n_passes; ++p)
+      pass[p] = std::min(pass[p], flow.pass_seconds()[p] - before[p]);
   }
   std::sort(seconds.begin(), seconds.end());
   if (!ranks.root()) return;
   const auto blocks = flow.rank_blocks();
   const auto traffic = flow.rank_traffic();
   const double cells = static_cast<double>(flow.grid().n_cells());
-  std::printf("flow_speed %d x %d x %d on %d ranks (%d x %d x %d): fastest step %.2f ms, median %.2f ms, processor %.2f ms, %.2f million "
-              "cells/s; a rank sends %.0f messages, %.2f MB\n", nodes[0], nodes[1], nodes[2], ranks.size(), blocks[0],
-              blocks[1], blocks[2], 1e3 * seconds.front(), 1e3 * seconds[seconds.size() / 2], 1e3 * cpu,
-              1e-6 * cells / seconds.front(), traffic[0], 1e-6 * traffic[1]);
+  std::printf(
+      "flow_speed %d x %d x %d on %d ranks (%d x %d x %d): fastest step %.2f ms, median %.2f ms, "
+      "processor %.2f ms, %.2f million "
+      "cells/s; a rank sends %.0f messages, %.2f MB\n",
+      nodes[0], nodes[1], nodes[2], ranks.size(), blocks[0], blocks[1], blocks[2],
+      1e3 * seconds.front(), 1e3 * seconds[seconds.size() / 2], 1e3 * cpu,
+      1e-6 * cells / seconds.front(), traffic[0], 1e-6 * traffic[1]);
   if (r.passes) {
     std::printf("  ms per step of rank 0:");
-    for (std::size_t p = 0; p < n_passes; ++p) std::printf(" %s %.2f,", pass_names[p], 1e3 * pass[p]);
+    for (std::size_t p = 0; p < n_passes; ++p)
+      std::printf(" %s %.2f,", pass_names[p], 1e3 * pass[p]);
     std::printf("\n");
   }
   if (r.json) {
-    std::printf("{\"kind\": \"ranks\", \"n\": %d, \"ranks\": %d, \"weak\": %s, \"best\": %g, \"median\": %g, \"cpu\": %g, \"messages\": "
-                "%g, \"bytes\": %g}\n", n, ranks.size(), r.weak ? "true" : "false", seconds.front(),
-                seconds[seconds.size() / 2], cpu, traffic[0], traffic[1]);
+    std::printf(
+        "{\"kind\": \"ranks\", \"n\": %d, \"ranks\": %d, \"weak\": %s, \"best\": %g, \"median\": "
+        "%g, \"cpu\": %g, \"messages\": "
+        "%g, \"bytes\": %g}\n",
+        n, ranks.size(), r.weak ? "true" : "false", seconds.front(), seconds[seconds.size() / 2],
+        cpu, traffic[0], traffic[1]);
   }
 }
 
@@ -160,20 +174,26 @@ void rank_limits(const Ranks& ranks) {
       const auto begin = std::chrono::steady_clock::now();
       exchange.start();
       exchange.finish();
-      best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+      best = std::min(
+          best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
       const auto middle = std::chrono::steady_clock::now();
       static_cast<void>(ranks.any_of_all(false));
-      reduction = std::min(reduction, std::chrono::duration<double>(std::chrono::steady_clock::now() - middle).count());
+      reduction = std::min(
+          reduction,
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - middle).count());
     }
     if (!ranks.root()) continue;
-    std::printf("{\"kind\": \"exchange\", \"bytes\": %zu, \"seconds\": %g, \"reduction\": %g}\n", 8 * count, best, reduction);
+    std::printf("{\"kind\": \"exchange\", \"bytes\": %zu, \"seconds\": %g, \"reduction\": %g}\n",
+                8 * count, best, reduction);
   }
 }
 
-double cpu_now() { return PassClock::now(); }
+double cpu_now() {
+  return PassClock::now();
+}
 
-/// A ball of hot gas in the middle of a cube until its front reaches the faces, with and without the
-/// active box: processor time of both, largest relative difference of the pressure.
+/// A ball of hot gas in the middle of a cube until its front reaches the faces, with and without
+/// the active box: processor time of both, largest relative difference of the pressure.
 void blast(int n, double tolerance, bool json) {
   const auto run = [&](bool box, std::vector<double>& p, double& share) {
     FlowOptions o = unit_options();
@@ -196,7 +216,8 @@ void blast(int n, double tolerance, bool json) {
       share += flow.advance(t, dt).active_share;
       t += dt;
       ++steps;
-      for (int i = n / 2; i < n; ++i) {  // the outermost node where the pressure has risen by a tenth
+      for (int i = n / 2; i < n;
+           ++i) {  // the outermost node where the pressure has risen by a tenth
         if (W(0, i, n / 2, n / 2) * W(4, i, n / 2, n / 2) > 1.1) front = (i + 0.5) * h - 1.0;
       }
     }
@@ -213,12 +234,17 @@ void blast(int n, double tolerance, bool json) {
   double share = 1.0, all = 1.0;
   const double t_whole = run(false, whole, all), t_part = run(true, part, share);
   double difference = 0.0;
-  for (std::size_t i = 0; i < whole.size(); ++i) difference = std::max(difference, std::abs(part[i] / whole[i] - 1.0));
-  std::printf("blast in a cube %d^3, tolerance %.0e: %.2f times faster, mean share %.2f, largest difference %.1e\n", n,
-              tolerance, t_whole / t_part, share, difference);
+  for (std::size_t i = 0; i < whole.size(); ++i)
+    difference = std::max(difference, std::abs(part[i] / whole[i] - 1.0));
+  std::printf(
+      "blast in a cube %d^3, tolerance %.0e: %.2f times faster, mean share %.2f, largest "
+      "difference %.1e\n",
+      n, tolerance, t_whole / t_part, share, difference);
   if (json) {
-    std::printf("{\"kind\": \"blast\", \"n\": %d, \"tolerance\": %g, \"speedup\": %g, \"share\": %g, \"difference\": %g}\n",
-                n, tolerance, t_whole / t_part, share, difference);
+    std::printf(
+        "{\"kind\": \"blast\", \"n\": %d, \"tolerance\": %g, \"speedup\": %g, \"share\": %g, "
+        "\"difference\": %g}\n",
+        n, tolerance, t_whole / t_part, share, difference);
   }
 }
 
@@ -229,7 +255,8 @@ void quiet(int n, bool json) {
     FlowOptions o = unit_options();
     o.active_box = box;
     o.quiescent = State{.rho = 1.0, .p = 1.0};
-    Flow flow(uniform_grid({n, n, n}, {-1, -1, -1}, {1, 1, 1}), all_faces(BoundaryKind::outflow, o.quiescent), o);
+    Flow flow(uniform_grid({n, n, n}, {-1, -1, -1}, {1, 1, 1}),
+              all_faces(BoundaryKind::outflow, o.quiescent), o);
     flow.set_state([&](double, double, double) { return o.quiescent; });
     seconds[box ? 1 : 0] = 1e300;
     for (int s = 0; s < 4; ++s) {
@@ -238,12 +265,15 @@ void quiet(int n, bool json) {
       seconds[box ? 1 : 0] = std::min(seconds[box ? 1 : 0], cpu_now() - begin);
     }
   }
-  std::printf("quiet %d^3: a step takes %.2f %% of the whole one, share %.3f\n", n, 100.0 * seconds[1] / seconds[0],
-              share);
-  if (json) std::printf("{\"kind\": \"quiet\", \"n\": %d, \"part\": %g, \"share\": %g}\n", n, seconds[1] / seconds[0], share);
+  std::printf("quiet %d^3: a step takes %.2f %% of the whole one, share %.3f\n", n,
+              100.0 * seconds[1] / seconds[0], share);
+  if (json)
+    std::printf("{\"kind\": \"quiet\", \"n\": %d, \"part\": %g, \"share\": %g}\n", n,
+                seconds[1] / seconds[0], share);
 }
 
-/// A cube of quiet gas with a ball in it that moves by `cells_per_step` cells a step (below 0: no ball).
+/// A cube of quiet gas with a ball in it that moves by `cells_per_step` cells a step (below 0: no
+/// ball).
 class BallRun {
  public:
   BallRun(int n, double cells_per_step, bool passes) : n_(n), cells_(cells_per_step) {
@@ -256,7 +286,9 @@ class BallRun {
     flow_->set_state([&](double, double, double) { return quiet; });
     if (cells_ < 0.0) return;
     std::vector<Body> body;
-    body.push_back({.name = "ball", .surface = testing::make_sphere({.45, .5, .5}, .25, 5), .moves = cells_ > 0.0});
+    body.push_back({.name = "ball",
+                    .surface = testing::make_sphere({.45, .5, .5}, .25, 5),
+                    .moves = cells_ > 0.0});
     facets_ = body[0].surface.triangles.size() / 3;
     bodies_ = std::make_unique<ImmersedBoundary>(grid, o.gas, body, ImmersedOptions{});
     bodies_->update_topology(flow_->primitives());
@@ -266,7 +298,8 @@ class BallRun {
   double step() {
     const double dt = flow_->stable_step();
     if (cells_ > 0.0) {
-      std::vector<double> x(bodies_->position(0).begin(), bodies_->position(0).end()), v(x.size(), 0.0);
+      std::vector<double> x(bodies_->position(0).begin(), bodies_->position(0).end()),
+          v(x.size(), 0.0);
       for (std::size_t a = 0; a < x.size(); a += 3) {
         x[a] += cells_ / n_;
         v[a] = cells_ / n_ / dt;
@@ -293,13 +326,14 @@ class BallRun {
 };
 
 double median_of(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
   return values[values.size() / 2];
 }
 
-/// Processor time of a step in a cube with a ball: none, at rest, and moving so many cells a step (or
-/// only r.speed of them). The cubes step in turn, so that the machine is the same for all: medians of
-/// the time and of its ratio to the step without a ball beside it.
+/// Processor time of a step in a cube with a ball: none, at rest, and moving so many cells a step
+/// (or only r.speed of them). The cubes step in turn, so that the machine is the same for all:
+/// medians of the time and of its ratio to the step without a ball beside it.
 void ball(int n, const Request& r) {
   omp_set_num_threads(1);  // of the bodies
   std::vector<BallRun> runs;
@@ -309,7 +343,8 @@ void ball(int n, const Request& r) {
   std::vector<std::vector<double>> seconds(runs.size()), part(runs.size());
   for (BallRun& run : runs) run.step();
   std::vector<std::vector<double>> before;
-  for (const BallRun& run : runs) before.emplace_back(run.pass_seconds().begin(), run.pass_seconds().end());
+  for (const BallRun& run : runs)
+    before.emplace_back(run.pass_seconds().begin(), run.pass_seconds().end());
   const int steps = r.steps > 0 ? r.steps : 9;
   for (int s = 0; s < steps; ++s) {
     for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -318,17 +353,21 @@ void ball(int n, const Request& r) {
     }
   }
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    const double time = median_of(seconds[i]), ratio = median_of(part[i]), cells = runs[i].cells_per_step();
-    std::printf("ball in %d^3, %zu facets, %g cells a step: %.1f ms a step, %.3f of one without\n", n, runs[i].facets(),
-                std::max(0.0, cells), 1e3 * time, ratio);
+    const double time = median_of(seconds[i]), ratio = median_of(part[i]),
+                 cells = runs[i].cells_per_step();
+    std::printf("ball in %d^3, %zu facets, %g cells a step: %.1f ms a step, %.3f of one without\n",
+                n, runs[i].facets(), std::max(0.0, cells), 1e3 * time, ratio);
     if (r.json && cells >= 0.0) {
-      std::printf("{\"kind\": \"ball\", \"n\": %d, \"facets\": %zu, \"cells_per_step\": %g, \"seconds\": %g, \"part\": %g}\n", n,
-                  runs[i].facets(), cells, time, ratio);
+      std::printf(
+          "{\"kind\": \"ball\", \"n\": %d, \"facets\": %zu, \"cells_per_step\": %g, \"seconds\": "
+          "%g, \"part\": %g}\n",
+          n, runs[i].facets(), cells, time, ratio);
     }
     if (!r.passes) continue;
     std::printf("  ms per step:");
     for (std::size_t p = 0; p < n_passes; ++p) {
-      std::printf(" %s %.1f,", pass_names[p], 1e3 * (runs[i].pass_seconds()[p] - before[i][p]) / steps);
+      std::printf(" %s %.1f,", pass_names[p],
+                  1e3 * (runs[i].pass_seconds()[p] - before[i][p]) / steps);
     }
     std::printf("\n");
   }
@@ -355,27 +394,36 @@ void limits(bool json) {
   if (json) std::printf("{\"kind\": \"limits\", \"read\": %g}\n", bandwidth);
 }
 
-
 int run(const Ranks& ranks, int argc, char** argv) {
   Request r;
   char scene = ' ';
   for (int a = 1; a < argc; ++a) {
     const std::string_view arg(argv[a]);
     const bool more = a + 1 < argc;
-    if (arg == "-t" && more) r.threads = {std::atoi(argv[++a])};
-    else if (arg == "-i" && more) r.isa = argv[++a];
-    else if (arg == "-s" && more) r.steps = std::atoi(argv[++a]);
-    else if (arg == "-c" && more) r.speed = std::atof(argv[++a]);
-    else if (arg == "-v") r.viscous = true;
-    else if (arg == "-m") r.marked = true;
-    else if (arg == "-j") r.json = true;
-    else if (arg == "-b" || arg == "-q" || arg == "-B" || arg == "-l") scene = arg[1];
-    else if (arg == "-p") r.passes = true;
-    else if (arg == "-w") r.weak = true;
+    if (arg == "-t" && more)
+      r.threads = {std::atoi(argv[++a])};
+    else if (arg == "-i" && more)
+      r.isa = argv[++a];
+    else if (arg == "-s" && more)
+      r.steps = std::atoi(argv[++a]);
+    else if (arg == "-c" && more)
+      r.speed = std::atof(argv[++a]);
+    else if (arg == "-v")
+      r.viscous = true;
+    else if (arg == "-m")
+      r.marked = true;
+    else if (arg == "-j")
+      r.json = true;
+    else if (arg == "-b" || arg == "-q" || arg == "-B" || arg == "-l")
+      scene = arg[1];
+    else if (arg == "-p")
+      r.passes = true;
+    else if (arg == "-w")
+      r.weak = true;
     else if (arg == "-x" && a + 3 < argc) {
       for (int& blocks : r.blocks) blocks = std::atoi(argv[++a]);
-    }
-    else r.sizes.push_back(std::atoi(argv[a]));
+    } else
+      r.sizes.push_back(std::atoi(argv[a]));
   }
   if (!ranks.alone()) {
     if (scene == 'l') rank_limits(ranks);
@@ -386,23 +434,32 @@ int run(const Ranks& ranks, int argc, char** argv) {
   if (r.sizes.empty()) r.sizes = {64, 128};
   if (scene != ' ') {
     for (int n : r.sizes) {
-      if (scene == 'q') quiet(n, r.json);
-      else if (scene == 'B') ball(n, r);
-      else for (const double tolerance : {1e-9, 1e-6}) blast(n, tolerance, r.json);
+      if (scene == 'q')
+        quiet(n, r.json);
+      else if (scene == 'B')
+        ball(n, r);
+      else
+        for (const double tolerance : {1e-9, 1e-6}) blast(n, tolerance, r.json);
     }
     return 0;
   }
   for (int n : r.sizes) {
     for (int threads : r.threads) {
       const Rate x = rate(n, threads, r);
-      std::printf("flow_speed %d^3, %d thread%s%s: %.2f million cells/s, %.2f per processor second, best step %.2f\n",
-                  n, threads, threads > 1 ? "s" : "", r.viscous ? ", viscous" : "", 1e-6 * x.wall, 1e-6 * x.cpu,
-                  1e-6 * x.best);
+      std::printf(
+          "flow_speed %d^3, %d thread%s%s: %.2f million cells/s, %.2f per processor second, best "
+          "step %.2f\n",
+          n, threads, threads > 1 ? "s" : "", r.viscous ? ", viscous" : "", 1e-6 * x.wall,
+          1e-6 * x.cpu, 1e-6 * x.best);
       if (r.json) {
-        std::printf("{\"kind\": \"rate\", \"n\": %d, \"threads\": %d, \"viscous\": %s, \"marked\": %s, \"wall\": %g, "
-                    "\"cpu\": %g, \"best\": %g, \"passes\": [", n, threads, r.viscous ? "true" : "false",
-                    r.marked ? "true" : "false", x.wall, x.cpu, x.best);
-        for (std::size_t p = 0; p < n_passes; ++p) std::printf("%s%g", p > 0 ? ", " : "", x.pass[p]);
+        std::printf(
+            "{\"kind\": \"rate\", \"n\": %d, \"threads\": %d, \"viscous\": %s, \"marked\": %s, "
+            "\"wall\": %g, "
+            "\"cpu\": %g, \"best\": %g, \"passes\": [",
+            n, threads, r.viscous ? "true" : "false", r.marked ? "true" : "false", x.wall, x.cpu,
+            x.best);
+        for (std::size_t p = 0; p < n_passes; ++p)
+          std::printf("%s%g", p > 0 ? ", " : "", x.pass[p]);
         std::printf("]}\n");
       }
       if (!r.passes) continue;

@@ -117,9 +117,9 @@ double memory_of(const std::string& key) {
 /// A run as a case makes it: memory per element, all of it, and the rate of whole steps.
 void measure_run(int cells) {
   const double before = memory_of("VmRSS");
-  auto setup = test::make_setup(
-      test::make_block({.cells = {cells, cells, cells}, .size = {0.1, 0.1, 0.1}}),
-      test::make_neo_hookean(1e6, 0.49, 1000.0), "hex8_q1p0");
+  auto setup =
+      test::make_setup(test::make_block({.cells = {cells, cells, cells}, .size = {0.1, 0.1, 0.1}}),
+                       test::make_neo_hookean(1e6, 0.49, 1000.0), "hex8_q1p0");
   setup.assembly.viscosity = {};
   setup.fixed.push_back(test::fixed_set(*setup.mesh, "z0", {true, true, true}));
   setup.pressures.push_back({setup.mesh->face_sets.at("z1"), {{0.0, 5e-4, 1e-3}, {0.0, 5e4, 0.0}}});
@@ -142,8 +142,8 @@ void measure_run(int cells) {
 
 }  // namespace
 
-/// solid_speed [--all] [--repeats N] [--only ELEMENT] [--cells N]: --all times the narrower instruction sets
-/// too.
+/// solid_speed [--all] [--repeats N] [--only ELEMENT] [--cells N]: --all times the narrower
+/// instruction sets too.
 int main(int argc, char** argv) {
   bool all = false;
   int repeats = 15;

@@ -24,8 +24,10 @@ double wall_position(const Wall& a, const Wall& b, double w, double s, WallPath 
 class Column {
  public:
   explicit Column(std::int64_t cells)
-      : n_(static_cast<std::size_t>(cells)), h_(toy::length / static_cast<double>(cells)),
-        x_(n_ + 1), u_(n_ + 1) {
+      : n_(static_cast<std::size_t>(cells)),
+        h_(toy::length / static_cast<double>(cells)),
+        x_(n_ + 1),
+        u_(n_ + 1) {
     const double k = toy::wave_phase / toy::length;
     for (std::size_t i = 0; i <= n_; ++i) {
       x_[i] = h_ * static_cast<double>(i);
@@ -61,7 +63,8 @@ class Column {
   std::vector<double> x_, u_;
 };
 
-void Column::step(double dt, double s_begin, double s_end, const Wall& target, double w, WallPath path) {
+void Column::step(double dt, double s_begin, double s_end, const Wall& target, double w,
+                  WallPath path) {
   const double half = 0.5;
   const double fractions[4] = {0.0, half, half, 1.0};
   const double weights[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
@@ -103,7 +106,8 @@ ocublast::link::Report advance(Column& column, const Order& order, const Keys& k
                                std::span<double> load) {
   const auto begin = std::chrono::steady_clock::now();
   const double w = order.t_end - order.t_begin;
-  const Wall target = order.idle ? column.wall : Wall{mean_x(order.position), mean_x(order.velocity)};
+  const Wall target =
+      order.idle ? column.wall : Wall{mean_x(order.position), mean_x(order.velocity)};
   const double p_begin = column.wall_overpressure();
   const double x_begin = column.wall.x;
   for (std::uint32_t k = 0; k < order.steps; ++k)
@@ -126,7 +130,8 @@ ocublast::link::Report advance(Column& column, const Order& order, const Keys& k
   return report;
 }
 
-void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& line, const Keys& keys) {
+void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& line,
+            const Keys& keys) {
   keys.fault.happen_in("hello");
   static_cast<void>(coupler.receive_mesh());
   if (keys.vertices > 0) coupler.send_mesh(toy::make_face(keys.vertices));
@@ -174,22 +179,25 @@ int run(const ocublast::CommandLine& line) {
   auto section = reader.section("flow", "toy gas column");
   Keys keys;
   section.integer("cells", keys.cells, {.min = 2, .help = "cells"});
-  section.real("cfl", keys.cfl, {.unit = "1", .min = 0.0, .above_min = true, .help = "Courant number"});
-  section.integer("own_vertices", keys.vertices, {.min = 0, .help = "vertices along an edge of a mesh of its own"});
+  section.real("cfl", keys.cfl,
+               {.unit = "1", .min = 0.0, .above_min = true, .help = "Courant number"});
+  section.integer("own_vertices", keys.vertices,
+                  {.min = 0, .help = "vertices along an edge of a mesh of its own"});
   keys.fault.declare(section);
   keys.fault.from_environment("OCU_TOY_FAULT_FLOW");
   reader.finish();
   if (line.check_only) return 0;
-  if (const char* rank = std::getenv("OMPI_COMM_WORLD_RANK"); rank != nullptr && std::string(rank) != "0") {
-    // A rank that computes its part for ever: rank 0 alone speaks, and sees the coupler go. Nobody but
-    // who launched it can end it.
+  if (const char* rank = std::getenv("OMPI_COMM_WORLD_RANK");
+      rank != nullptr && std::string(rank) != "0") {
+    // A rank that computes its part for ever: rank 0 alone speaks, and sees the coupler go. Nobody
+    // but who launched it can end it.
     if (keys.fault.kind != "rank") keys.fault.hang("rank");
     toy::Fault::await_go();
     ::kill(::getpid(), SIGKILL);
   }
   const std::uint64_t hash = reader.hash() + (keys.fault.kind == "case_hash" ? 1 : 0);
-  auto connection = ocublast::link::connection_from_environment(ocublast::link::Role::flow,
-                                                                "gas_column 1", hash);
+  auto connection =
+      ocublast::link::connection_from_environment(ocublast::link::Role::flow, "gas_column 1", hash);
   if (keys.fault.kind == "token") connection.token += "x";
   if (keys.fault.kind == "absent") std::this_thread::sleep_for(std::chrono::hours(1));
   if (keys.fault.kind == "early") return 1;

@@ -1,9 +1,9 @@
 // Toy solid side: a piston of mass M on a spring K (both per area), velocity Verlet with the load
 // linear (or constant) in a window. Second order. At the end it writes its largest errors against
 // the exact solution to OUT/spring_errors.txt and its whole history to OUT/spring_history.txt.
-#include "coupler_toy.hpp"
-
 #include <fmt/format.h>
+
+#include "coupler_toy.hpp"
 
 namespace {
 
@@ -24,11 +24,11 @@ struct Errors {
 };
 
 struct Piston {
-  double d = 0.0;                      ///< m
-  double v = toy::exact_velocity(0.0); ///< m/s
-  double p = 0.0;                      ///< Pa, load at the end of the last window
-  double time = 0.0;                   ///< s
-  double a = 0.0;                      ///< m/s^2
+  double d = 0.0;                       ///< m
+  double v = toy::exact_velocity(0.0);  ///< m/s
+  double p = 0.0;                       ///< Pa, load at the end of the last window
+  double time = 0.0;                    ///< s
+  double a = 0.0;                       ///< m/s^2
 };
 
 double advance(Piston& s, const Order& order, double p_end, double mass) {
@@ -54,13 +54,18 @@ double advance(Piston& s, const Order& order, double p_end, double mass) {
 
 void note_errors(Errors& worst, const Piston& s) {
   const double d_scale = toy::amplitude * std::sin(toy::wave_phase);
-  const double p_scale = toy::rho * toy::sound_speed() * toy::omega() * toy::amplitude * std::cos(toy::wave_phase);
-  worst.position = std::max(worst.position, std::abs(s.d - toy::exact_displacement(s.time)) / d_scale);
-  worst.velocity = std::max(worst.velocity, std::abs(s.v - toy::exact_velocity(s.time)) / (d_scale * toy::omega()));
-  worst.pressure = std::max(worst.pressure, std::abs(s.p - toy::exact_overpressure(s.time)) / p_scale);
+  const double p_scale =
+      toy::rho * toy::sound_speed() * toy::omega() * toy::amplitude * std::cos(toy::wave_phase);
+  worst.position =
+      std::max(worst.position, std::abs(s.d - toy::exact_displacement(s.time)) / d_scale);
+  worst.velocity = std::max(worst.velocity,
+                            std::abs(s.v - toy::exact_velocity(s.time)) / (d_scale * toy::omega()));
+  worst.pressure =
+      std::max(worst.pressure, std::abs(s.p - toy::exact_overpressure(s.time)) / p_scale);
 }
 
-void fill(std::span<double> x, std::span<double> v, const ocublast::link::InterfaceMesh& mesh, const Piston& s) {
+void fill(std::span<double> x, std::span<double> v, const ocublast::link::InterfaceMesh& mesh,
+          const Piston& s) {
   for (std::size_t i = 0; i < x.size(); i += 3) {
     x[i] = mesh.vertices[i] + s.d;
     x[i + 1] = mesh.vertices[i + 1];
@@ -70,7 +75,8 @@ void fill(std::span<double> x, std::span<double> v, const ocublast::link::Interf
   }
 }
 
-void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& line, const Keys& keys) {
+void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& line,
+            const Keys& keys) {
   auto mesh = toy::make_face(keys.vertices);
   if (keys.scattered) mesh.triangles.clear();
   keys.fault.happen(0);
@@ -94,7 +100,7 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
   Errors worst;
   std::string history;
   Piston begin_of_window;
-  Piston seen = piston;   // the last window whose answer counts
+  Piston seen = piston;  // the last window whose answer counts
   const auto note = [&] {
     if (seen.time == piston.time) return;
     seen = piston;
@@ -105,7 +111,8 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
     if (order.iteration <= 1) note();
     if (order.kind == Order::Kind::checkpoint) {
       keys.fault.happen_in("checkpoint");
-      toy::write_doubles(order.checkpoint / "solid.state", {piston.d, piston.v, piston.p, piston.time, piston.a});
+      toy::write_doubles(order.checkpoint / "solid.state",
+                         {piston.d, piston.v, piston.p, piston.time, piston.a});
       coupler.checkpoint_written();
       continue;
     }
@@ -115,7 +122,8 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
     double p = 0.0;
     for (const double value : order.overpressure) p += value;
     if (!order.overpressure.empty()) p /= static_cast<double>(order.overpressure.size());
-    for (std::size_t i = 0; i < order.force.size(); i += 3) p += order.force[i];  // on a face of 1 m^2
+    for (std::size_t i = 0; i < order.force.size(); i += 3)
+      p += order.force[i];  // on a face of 1 m^2
     if (order.iteration == 1) begin_of_window = piston;
     if (order.iteration > 1) piston = begin_of_window;
     window = order.window;
@@ -125,7 +133,8 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
     report.impulse = {0.5 * (before + p) * (order.t_end - order.t_begin), 0.0, 0.0};
     const auto room = coupler.room();
     fill(room.position, room.velocity, mesh, piston);
-    if (!room.acceleration.empty()) std::fill(room.acceleration.begin(), room.acceleration.end(), 0.0);
+    if (!room.acceleration.empty())
+      std::fill(room.acceleration.begin(), room.acceleration.end(), 0.0);
     for (std::size_t i = 0; i < room.acceleration.size(); i += 3) room.acceleration[i] = piston.a;
     report.position = room.position;
     report.velocity = room.velocity;
@@ -134,7 +143,8 @@ void couple(ocublast::link::Participant& coupler, const ocublast::CommandLine& l
     report.steps_taken = order.steps;
     report.mass_per_area = keys.mass;
     report.compute_seconds = toy::seconds_since(begin);
-    if (keys.fault.is("not_finite", order.window)) room.velocity[4] = std::numeric_limits<double>::infinity();
+    if (keys.fault.is("not_finite", order.window))
+      room.velocity[4] = std::numeric_limits<double>::infinity();
     if (keys.fault.is("nudge", order.window) && std::getenv("OCU_TOY_NUDGE") != nullptr)
       room.velocity[6] *= 1.0 + 1e-6;
     if (keys.fault.is("size", order.window)) report.position = report.position.first(3);
@@ -155,9 +165,12 @@ int run(const ocublast::CommandLine& line) {
   static_cast<void>(ocublast::read_case_common(reader));
   auto section = reader.section("solid", "toy piston on a spring");
   Keys keys;
-  section.real("mass_kg_m2", keys.mass, {.unit = "kg/m^2", .min = 0.0, .above_min = true, .help = "piston"});
-  section.real("stable_step_s", keys.stable_step, {.unit = "s", .min = 0.0, .above_min = true, .help = "step"});
-  section.integer("vertices", keys.vertices, {.min = 2, .help = "vertices along an edge of the face"});
+  section.real("mass_kg_m2", keys.mass,
+               {.unit = "kg/m^2", .min = 0.0, .above_min = true, .help = "piston"});
+  section.real("stable_step_s", keys.stable_step,
+               {.unit = "s", .min = 0.0, .above_min = true, .help = "step"});
+  section.integer("vertices", keys.vertices,
+                  {.min = 2, .help = "vertices along an edge of the face"});
   section.flag("takes_force", keys.takes_force, "takes forces where the flow has another mesh");
   section.flag("scattered", keys.scattered, "its mesh has no triangles");
   keys.fault.declare(section);
@@ -165,7 +178,8 @@ int run(const ocublast::CommandLine& line) {
   reader.finish();
   if (line.check_only) return 0;
   const std::uint64_t hash = reader.hash() + (keys.fault.kind == "case_hash" ? 1 : 0);
-  auto connection = ocublast::link::connection_from_environment(ocublast::link::Role::solid, "spring 1", hash);
+  auto connection =
+      ocublast::link::connection_from_environment(ocublast::link::Role::solid, "spring 1", hash);
   if (keys.fault.kind == "token") connection.token += "x";
   if (keys.fault.kind == "absent") std::this_thread::sleep_for(std::chrono::hours(1));
   if (keys.fault.kind == "early") return 1;

@@ -22,22 +22,26 @@
 #include "coupler/link/participant.hpp"
 
 /// The problem that the two toy participants solve: a gas column of length 1 m, closed at x = 0,
-/// with a piston on a spring at its other end, swinging in an eigenmode of small amplitude. Exact in
-/// the limit of small amplitude: xi(x, t) = A sin(k x) sin(omega t), k = omega / c, where
+/// with a piston on a spring at its other end, swinging in an eigenmode of small amplitude. Exact
+/// in the limit of small amplitude: xi(x, t) = A sin(k x) sin(omega t), k = omega / c, where
 ///   M omega^2 = K + rho c omega cot(omega L / c)
 /// is the balance of the piston (spring K, mass M, both per area; the gas pushes outward).
 namespace toy {
 
-inline constexpr double rho = 1.0;           ///< kg/m^3
-inline constexpr double p0 = 1.0;            ///< Pa, ambient
+inline constexpr double rho = 1.0;  ///< kg/m^3
+inline constexpr double p0 = 1.0;   ///< Pa, ambient
 inline constexpr double gamma = 1.4;
-inline constexpr double length = 1.0;        ///< m
-inline constexpr double wave_phase = 1.0;    ///< omega L / c
+inline constexpr double length = 1.0;      ///< m
+inline constexpr double wave_phase = 1.0;  ///< omega L / c
 /// Relative amplitude: the neglected terms are of this order, far below the errors measured.
-inline constexpr double amplitude = 1e-6;    ///< m
+inline constexpr double amplitude = 1e-6;  ///< m
 
-inline double sound_speed() { return std::sqrt(gamma * p0 / rho); }
-inline double omega() { return wave_phase * sound_speed() / length; }
+inline double sound_speed() {
+  return std::sqrt(gamma * p0 / rho);
+}
+inline double omega() {
+  return wave_phase * sound_speed() / length;
+}
 inline double spring(double mass) {
   return mass * omega() * omega() - rho * sound_speed() * omega() / std::tan(wave_phase);
 }
@@ -54,7 +58,7 @@ inline double exact_overpressure(double t) {
 
 /// Misbehaviour on order, for the fault tests.
 struct Fault {
-  std::string kind;            ///< empty: none
+  std::string kind;  ///< empty: none
   std::int64_t window = 0;
 
   void declare(ocublast::Section& section) {
@@ -81,13 +85,14 @@ struct Fault {
     std::fflush(stdout);
     while (true) std::this_thread::sleep_for(std::chrono::hours(1));
   }
-  /// Waits for the file that the environment variable OCU_TOY_GO names; puts one with ".here" beside it
-  /// to say that it does.
+  /// Waits for the file that the environment variable OCU_TOY_GO names; puts one with ".here"
+  /// beside it to say that it does.
   static void await_go() {
     const char* file = std::getenv("OCU_TOY_GO");
     if (file == nullptr) throw ocublast::CaseError("this fault needs OCU_TOY_GO");
     std::ofstream(std::string(file) + ".here").close();
-    while (!std::filesystem::exists(file)) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    while (!std::filesystem::exists(file))
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
 
   /// Faults that do not depend on what is computed.
@@ -98,11 +103,13 @@ struct Fault {
     if (is("hang", w)) hang("window " + std::to_string(w));
     if (is("hold", w)) await_go();
     if (is("late", w)) std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    if (is("interrupt", w)) ::kill(::getppid(), SIGINT);  // as Ctrl-C at the coupler that started this toy
+    if (is("interrupt", w))
+      ::kill(::getppid(), SIGINT);  // as Ctrl-C at the coupler that started this toy
     if (is("abort", w)) throw ocublast::NumericsError("negative density in cell 7");
   }
-  /// Dies, freezes or hangs at the first occasion of this name: "start" (before HELLO), "hello" (before
-  /// the mesh), "ready" (before READY), "iteration" (the second of a window), "checkpoint", "farewell".
+  /// Dies, freezes or hangs at the first occasion of this name: "start" (before HELLO), "hello"
+  /// (before the mesh), "ready" (before READY), "iteration" (the second of a window), "checkpoint",
+  /// "farewell".
   void happen_in(const std::string& state) const {
     if (kind == "hang-" + state) hang(state);
     if (kind == "kill-" + state) ::kill(::getpid(), SIGKILL);

@@ -1,6 +1,6 @@
-// What comes from outside, torn apart: header frames, payloads, interface meshes, recordings. A hostile
-// input may be refused with LinkError; it may not crash, hang, or come back different.
-// With clang: clang++ -fsanitize=fuzzer,address ... (tests/faults/fuzz); without: coupler_fuzz_main.cpp.
+// What comes from outside, torn apart: header frames, payloads, interface meshes, recordings. A
+// hostile input may be refused with LinkError; it may not crash, hang, or come back different. With
+// clang: clang++ -fsanitize=fuzzer,address ... (tests/faults/fuzz); without: coupler_fuzz_main.cpp.
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -40,22 +40,27 @@ void try_message(const std::uint8_t* data, std::size_t size) {
   // What was accepted says the same when it is written again (bytes are compared: a number that is
   // not finite differs from itself).
   const std::string again = link_::encode(header);
-  if (link_::encode(link_::decode(again)) != again) broken("a header changes when it is written and read");
+  if (link_::encode(link_::decode(again)) != again)
+    broken("a header changes when it is written and read");
   const std::size_t rest = size - 2 - header_size;
   std::vector<double> aligned((rest + sizeof(double) - 1) / sizeof(double));
   if (rest > 0) std::memcpy(aligned.data(), data + 2 + header_size, rest);
-  const std::span<const std::byte> payload(reinterpret_cast<const std::byte*>(aligned.data()), rest);
+  const std::span<const std::byte> payload(reinterpret_cast<const std::byte*>(aligned.data()),
+                                           rest);
   try {
     link_::check_payload(header, payload);
-    if ((header.fields & link_::field::mesh) != 0) static_cast<void>(link_::mesh_from_payload(header, payload));
-    else static_cast<void>(link_::view_payload(header, payload));
+    if ((header.fields & link_::field::mesh) != 0)
+      static_cast<void>(link_::mesh_from_payload(header, payload));
+    else
+      static_cast<void>(link_::view_payload(header, payload));
   } catch (const LinkError&) {
   }
 }
 
 void try_recording(const std::uint8_t* data, std::size_t size) {
   const int fd = ::memfd_create("recording", MFD_CLOEXEC);
-  if (fd < 0 || ::write(fd, data, size) != static_cast<ssize_t>(size)) broken("no memory for a file");
+  if (fd < 0 || ::write(fd, data, size) != static_cast<ssize_t>(size))
+    broken("no memory for a file");
   try {
     ocublast::coupler::TrafficReader reader("/proc/self/fd/" + std::to_string(fd));
     while (reader.next()) continue;
@@ -67,7 +72,9 @@ void try_recording(const std::uint8_t* data, std::size_t size) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size > 0 && data[0] == 'O') try_recording(data, size);  // as its magic begins
-  else try_message(data, size);
+  if (size > 0 && data[0] == 'O')
+    try_recording(data, size);  // as its magic begins
+  else
+    try_message(data, size);
   return 0;
 }

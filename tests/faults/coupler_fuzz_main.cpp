@@ -21,12 +21,25 @@ Input mutate(Input input, std::mt19937_64& random) {
     if (input.empty()) input.push_back(0);
     const std::size_t at = below(input.size());
     switch (below(6)) {
-      case 0: input[at] ^= static_cast<std::uint8_t>(1U << below(8)); break;
-      case 1: input[at] = static_cast<std::uint8_t>(random()); break;
-      case 2: input.resize(at); break;
-      case 3: input.insert(input.begin() + static_cast<long>(at), 1 + below(9), static_cast<std::uint8_t>(random())); break;
-      case 4: input.erase(input.begin() + static_cast<long>(at)); break;
-      default: input[at] = below(2) == 0 ? 0xff : 0x00; break;
+      case 0:
+        input[at] ^= static_cast<std::uint8_t>(1U << below(8));
+        break;
+      case 1:
+        input[at] = static_cast<std::uint8_t>(random());
+        break;
+      case 2:
+        input.resize(at);
+        break;
+      case 3:
+        input.insert(input.begin() + static_cast<long>(at), 1 + below(9),
+                     static_cast<std::uint8_t>(random()));
+        break;
+      case 4:
+        input.erase(input.begin() + static_cast<long>(at));
+        break;
+      default:
+        input[at] = below(2) == 0 ? 0xff : 0x00;
+        break;
     }
   }
   return input;

@@ -88,8 +88,7 @@ TEST(SolidBadInput, MeshMaterialsSetsAndHoldsAreToldTogether) {
 
 TEST(SolidBadInput, FacetTableIsToldByLine) {
   Folder folder;
-  const std::string load =
-      "[[solid.pressure]]\nfaces = \"z1\"\ntable = \"table.csv\"\n";
+  const std::string load = "[[solid.pressure]]\nfaces = \"z1\"\ntable = \"table.csv\"\n";
   const auto outcome_of = [&](const std::string& table) {
     write_text(folder.path() / "table.csv", "time_s,a,b,c,d\n" + table);
     return check(folder, std::string(case_material) + load);
@@ -212,10 +211,11 @@ TEST(SolidBadInput, ElementThatInvertsStopsTheRunWithPlaceAndTime) {
 
 TEST(SolidBadInput, StoppedRunNamesItsLastGoodCheckpoint) {
   Folder folder;
-  const auto outcome = check(
-      folder, std::string(case_material) +
-                  "[[solid.pressure]]\nfaces = \"z1\"\ntimes_s = [0.0, 5e-4, 6e-4]\n"
-                  "overpressures_Pa = [1e3, 1e3, 5e8]\n[solid.output]\ncheckpoint_every_s = 2e-4\n");
+  const auto outcome =
+      check(folder,
+            std::string(case_material) +
+                "[[solid.pressure]]\nfaces = \"z1\"\ntimes_s = [0.0, 5e-4, 6e-4]\n"
+                "overpressures_Pa = [1e3, 1e3, 5e8]\n[solid.output]\ncheckpoint_every_s = 2e-4\n");
   EXPECT_EQ(outcome.code, 4);
   EXPECT_SAYS(outcome, "of tissue block inverted");
   const std::string words = "last good checkpoint: ";

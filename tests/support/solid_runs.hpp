@@ -14,7 +14,9 @@
 namespace ocublast::solid {
 
 /// What a test over all elements calls its parameter.
-inline void PrintTo(const ElementType& type, std::ostream* out) { *out << type.name; }
+inline void PrintTo(const ElementType& type, std::ostream* out) {
+  *out << type.name;
+}
 
 }  // namespace ocublast::solid
 

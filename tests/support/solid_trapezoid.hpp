@@ -51,9 +51,8 @@ class TrapezoidRun {
     double change = 1.0;
     for (int iteration = 0; change > 1e-11 && iteration < 40; ++iteration) {
       internal_ = internal_force();
-      const Eigen::VectorXd residual =
-          inertia.cwiseProduct(u - start - dt * velocity_) +
-          0.5 * (internal_ + internal_at_start) - external_;
+      const Eigen::VectorXd residual = inertia.cwiseProduct(u - start - dt * velocity_) +
+                                       0.5 * (internal_ + internal_at_start) - external_;
       const Eigen::VectorXd correction = solver_.solve(residual);
       u -= correction;
       set_displacement(u);
@@ -90,7 +89,8 @@ class TrapezoidRun {
       for (const auto a : neighbours_[node])
         for (const auto b : neighbours_[a])
           if (colour_[b] >= 0) taken[static_cast<std::size_t>(colour_[b])] = true;
-      colour_[node] = static_cast<int>(std::find(taken.begin(), taken.end(), false) - taken.begin());
+      colour_[node] =
+          static_cast<int>(std::find(taken.begin(), taken.end(), false) - taken.begin());
       n_colours_ = std::max(n_colours_, colour_[node] + 1);
     }
   }

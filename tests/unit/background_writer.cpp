@@ -1,12 +1,12 @@
 #include "coupler/base/background_writer.hpp"
 
+#include <gtest/gtest.h>
+
 #include <atomic>
 #include <chrono>
 #include <stdexcept>
 #include <thread>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 namespace ocublast {
 namespace {

@@ -1,10 +1,10 @@
 #include "coupler/base/case_reader.hpp"
 
-#include <filesystem>
-#include <fstream>
-
 #include <gtest/gtest.h>
 #include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 
 #include "coupler/base/case_common.hpp"
 #include "coupler/base/errors.hpp"
@@ -19,11 +19,16 @@ struct Numbers {
 
 void read_numbers(CaseReader& reader, Numbers& numbers) {
   auto flow = reader.section("flow");
-  flow.real("cfl", numbers.cfl, {.unit = "1", .min = 0.0, .max = 1.0, .above_min = true,
-                                 .help = "Courant number", .advice = "start from 0.4"});
-  flow.table("grid").real("spacing_m", numbers.spacing,
-                          {.unit = "m", .min = 0.0, .above_min = true, .required = true,
-                           .help = "spacing"});
+  flow.real("cfl", numbers.cfl,
+            {.unit = "1",
+             .min = 0.0,
+             .max = 1.0,
+             .above_min = true,
+             .help = "Courant number",
+             .advice = "start from 0.4"});
+  flow.table("grid").real(
+      "spacing_m", numbers.spacing,
+      {.unit = "m", .min = 0.0, .above_min = true, .required = true, .help = "spacing"});
 }
 
 class CaseReaderTest : public ::testing::Test {
@@ -33,7 +38,8 @@ class CaseReaderTest : public ::testing::Test {
   void TearDown() override { std::filesystem::remove(file_); }
   CaseReader read(const std::string& text, std::vector<std::string> overrides = {}) {
     std::ofstream(file_) << text;
-    return CaseReader({.case_file = file_, .overrides = std::move(overrides), .mesh_directory = {}});
+    return CaseReader(
+        {.case_file = file_, .overrides = std::move(overrides), .mesh_directory = {}});
   }
   static std::string faults_of(CaseReader& reader) {
     try {
@@ -61,10 +67,12 @@ TEST_F(CaseReaderTest, ShowsEveryFaultWithLineFoundAndAccepted) {
   read_numbers(reader, numbers);
   const std::string faults = faults_of(reader);
   EXPECT_NE(faults.find(":2: flow.cfl: cfl is 1.4, accepted (0, 1]; start from 0.4"),
-            std::string::npos) << faults;
+            std::string::npos)
+      << faults;
   EXPECT_NE(faults.find("flow.grid.spacing_m: missing"), std::string::npos) << faults;
   EXPECT_NE(faults.find(":4: flow.grid.spacing_mm: no such key; did you mean 'spacing_m'?"),
-            std::string::npos) << faults;
+            std::string::npos)
+      << faults;
 }
 
 TEST_F(CaseReaderTest, AppliesPresetThenOverrides) {
@@ -85,8 +93,9 @@ TEST_F(CaseReaderTest, AppliesPresetThenOverrides) {
 }
 
 TEST_F(CaseReaderTest, RefusesAnUnknownTableAndNamesTheNearest) {
-  auto reader = read("[case]\nname='a'\ntitle='b'\n[time]\nend_s=1\n[ambient]\npressure_Pa=1e5\n"
-                     "temperature_K=300\n[flw]\nx=1\n");
+  auto reader = read(
+      "[case]\nname='a'\ntitle='b'\n[time]\nend_s=1\n[ambient]\npressure_Pa=1e5\n"
+      "temperature_K=300\n[flw]\nx=1\n");
   static_cast<void>(read_case_common(reader));
   EXPECT_NE(faults_of(reader).find("flw: no such table; did you mean 'flow'?"), std::string::npos);
 }

@@ -1,5 +1,6 @@
-#include "coupler/mapping/interface_map.hpp"
+#include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -7,11 +8,8 @@
 #include <numbers>
 #include <string>
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Dense>
-
 #include "coupler/base/errors.hpp"
+#include "coupler/mapping/interface_map.hpp"
 #include "coupler/mapping/surface_search.hpp"
 
 using namespace ocublast;
@@ -24,15 +22,20 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// Octahedron divided `level` times, its vertices on a sphere of radius 1 about `center`, turned.
-link::InterfaceMesh sphere(int level, double turn, const Vector3d& center = Vector3d(0.3, -0.2, 0.5)) {
-  std::vector<Vector3d> points{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ(),
+link::InterfaceMesh sphere(int level, double turn,
+                           const Vector3d& center = Vector3d(0.3, -0.2, 0.5)) {
+  std::vector<Vector3d> points{Vector3d::UnitX(),  Vector3d::UnitY(),  Vector3d::UnitZ(),
                                -Vector3d::UnitX(), -Vector3d::UnitY(), -Vector3d::UnitZ()};
-  std::vector<std::int32_t> triangles{0, 1, 2, 1, 3, 2, 3, 4, 2, 4, 0, 2, 1, 0, 5, 3, 1, 5, 4, 3, 5, 0, 4, 5};
+  std::vector<std::int32_t> triangles{0, 1, 2, 1, 3, 2, 3, 4, 2, 4, 0, 2,
+                                      1, 0, 5, 3, 1, 5, 4, 3, 5, 0, 4, 5};
   for (int l = 0; l < level; ++l) {
     std::map<std::pair<int, int>, std::int32_t> middles;
     const auto middle = [&](std::int32_t a, std::int32_t b) {
-      const auto [place, fresh] = middles.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<std::int32_t>(points.size()));
-      if (fresh) points.push_back((points[static_cast<std::size_t>(a)] + points[static_cast<std::size_t>(b)]).normalized());
+      const auto [place, fresh] = middles.try_emplace({std::min(a, b), std::max(a, b)},
+                                                      static_cast<std::int32_t>(points.size()));
+      if (fresh)
+        points.push_back((points[static_cast<std::size_t>(a)] + points[static_cast<std::size_t>(b)])
+                             .normalized());
       return place->second;
     };
     std::vector<std::int32_t> finer;
@@ -43,7 +46,8 @@ link::InterfaceMesh sphere(int level, double turn, const Vector3d& center = Vect
     }
     triangles = finer;
   }
-  const Matrix3d R = Eigen::AngleAxisd(turn, Vector3d(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
+  const Matrix3d R =
+      Eigen::AngleAxisd(turn, Vector3d(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
   link::InterfaceMesh mesh{.name = "sphere", .vertices = {}, .triangles = triangles};
   for (const Vector3d& p : points) {
     const Vector3d x = R * p + center;
@@ -55,7 +59,9 @@ link::InterfaceMesh sphere(int level, double turn, const Vector3d& center = Vect
 /// A closed plate [0, 1] x [0, 1] x [0, thickness] with n x m cells; the sides one cell high.
 link::InterfaceMesh plate(int n, int m, double thickness) {
   link::InterfaceMesh mesh{.name = "plate", .vertices = {}, .triangles = {}};
-  const auto number = [&](int i, int j, int k) { return static_cast<std::int32_t>((k * (m + 1) + j) * (n + 1) + i); };
+  const auto number = [&](int i, int j, int k) {
+    return static_cast<std::int32_t>((k * (m + 1) + j) * (n + 1) + i);
+  };
   for (int k = 0; k < 2; ++k)
     for (int j = 0; j <= m; ++j)
       for (int i = 0; i <= n; ++i)
@@ -112,11 +118,13 @@ Resultant of_nodes(std::span<const double> force, std::span<const double> x) {
   return r;
 }
 /// Of a pressure that is linear on each facet: three points, exact for its product with x.
-Resultant of_pressure(const link::InterfaceMesh& mesh, std::span<const double> p, std::span<const double> x) {
+Resultant of_pressure(const link::InterfaceMesh& mesh, std::span<const double> p,
+                      std::span<const double> x) {
   Resultant r;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
     const auto v = [&](std::size_t k) { return static_cast<std::size_t>(mesh.triangles[t + k]); };
-    const Vector3d push = -0.5 * (point_of(x, v(1)) - point_of(x, v(0))).cross(point_of(x, v(2)) - point_of(x, v(0)));
+    const Vector3d push =
+        -0.5 * (point_of(x, v(1)) - point_of(x, v(0))).cross(point_of(x, v(2)) - point_of(x, v(0)));
     for (std::size_t q = 0; q < 3; ++q) {
       Vector3d place = Vector3d::Zero();
       double value = 0.0;
@@ -155,12 +163,16 @@ const auto linear = [](const Vector3d& x) -> Vector3d {
   return G * x + Vector3d(0.1, -2.0, 0.4);
 };
 const auto smooth = [](const Vector3d& x) -> Vector3d {
-  return {std::sin(2.0 * x[0]) * std::cos(x[1]), std::exp(0.5 * x[2]), std::sin(x[0] + x[1] - x[2])};
+  return {std::sin(2.0 * x[0]) * std::cos(x[1]), std::exp(0.5 * x[2]),
+          std::sin(x[0] + x[1] - x[2])};
 };
-double smooth_pressure(const Vector3d& x) { return 2.0 + std::sin(2.0 * x[0]) * std::cos(1.5 * x[1]) + x[2]; }
+double smooth_pressure(const Vector3d& x) {
+  return 2.0 + std::sin(2.0 * x[0]) * std::cos(1.5 * x[1]) + x[2];
+}
 std::vector<double> pressures(const link::InterfaceMesh& mesh) {
   std::vector<double> p;
-  for (std::size_t v = 0; v < mesh.n_vertices(); ++v) p.push_back(smooth_pressure(point_of(mesh.vertices, v)));
+  for (std::size_t v = 0; v < mesh.n_vertices(); ++v)
+    p.push_back(smooth_pressure(point_of(mesh.vertices, v)));
   return p;
 }
 
@@ -169,22 +181,30 @@ std::vector<double> pressures(const link::InterfaceMesh& mesh) {
 TEST(InterfaceMap, ReproducesConstantAndLinearMotion) {
   for (const Pair& pair : pairs()) {
     const InterfaceMap map(pair.flow, pair.solid, {});
-    const auto constant = at_vertices(pair.solid, [](const Vector3d&) { return Vector3d(1.0, -2.0, 3.0); });
+    const auto constant =
+        at_vertices(pair.solid, [](const Vector3d&) { return Vector3d(1.0, -2.0, 3.0); });
     std::vector<double> found(pair.flow.vertices.size());
     map.map_vectors(constant, found);
     // Sums of at most 20 weights of order 1 (radial basis: up to 1e2 in a system of condition 1e4).
     const double rounding = map.method() == "radial basis" ? 1e-10 : 100.0 * epsilon;
-    EXPECT_LT(largest_difference(found, at_vertices(pair.flow, [](const Vector3d&) { return Vector3d(1.0, -2.0, 3.0); })),
-              3.0 * rounding) << pair.name;
+    EXPECT_LT(largest_difference(
+                  found,
+                  at_vertices(pair.flow, [](const Vector3d&) { return Vector3d(1.0, -2.0, 3.0); })),
+              3.0 * rounding)
+        << pair.name;
     map.map_vectors(at_vertices(pair.solid, linear), found);
-    EXPECT_LT(largest_difference(found, at_vertices(pair.flow, linear)), 10.0 * rounding) << pair.name;
+    EXPECT_LT(largest_difference(found, at_vertices(pair.flow, linear)), 10.0 * rounding)
+        << pair.name;
     std::printf("%-22s %-18s gap %.2e m\n", pair.name, map.method().c_str(), map.largest_gap());
   }
 }
 
 TEST(InterfaceMap, FollowsALargeRotationExactly) {
-  const Matrix3d R = Eigen::AngleAxisd(2.5, Vector3d(1.0, -1.0, 0.5).normalized()).toRotationMatrix();
-  const auto turned = [&](const Vector3d& x) -> Vector3d { return R * x + Vector3d(5.0, 6.0, 7.0); };
+  const Matrix3d R =
+      Eigen::AngleAxisd(2.5, Vector3d(1.0, -1.0, 0.5).normalized()).toRotationMatrix();
+  const auto turned = [&](const Vector3d& x) -> Vector3d {
+    return R * x + Vector3d(5.0, 6.0, 7.0);
+  };
   const InterfaceMap map(sphere(3, 0.7), sphere(4, 0.0), {});
   std::vector<double> found(3 * map.n_flow());
   map.map_position(at_vertices(sphere(4, 0.0), turned), found);
@@ -205,7 +225,8 @@ TEST(InterfaceMap, KeepsTotalForceAndMomentInTheDeformedState) {
     for (const double f : force) size += std::abs(f);
     const double force_error = (given.force - taken.force).norm() / size;
     const double moment_error = (given.moment - taken.moment).norm() / size;
-    std::printf("%-22s force %.1e, moment %.1e of the sum of |force| (x 1 m)\n", pair.name, force_error, moment_error);
+    std::printf("%-22s force %.1e, moment %.1e of the sum of |force| (x 1 m)\n", pair.name,
+                force_error, moment_error);
     // Rounding of sums over a few thousand nodes, random: sqrt(1e4) epsilon.
     EXPECT_LT(force_error, 100.0 * epsilon) << pair.name;
     EXPECT_LT(moment_error, 100.0 * epsilon) << pair.name;
@@ -213,17 +234,20 @@ TEST(InterfaceMap, KeepsTotalForceAndMomentInTheDeformedState) {
 }
 
 TEST(InterfaceMap, LoadsEveryNodeOfAFinerSolidEvenly) {
-  // A uniform pressure of 1 Pa: nodal forces of the facets' own areas, although the flow has a sixteenth of them.
+  // A uniform pressure of 1 Pa: nodal forces of the facets' own areas, although the flow has a
+  // sixteenth of them.
   const auto solid = plate(32, 32, 0.05);
   const InterfaceMap map(plate(8, 8, 0.05), solid, {});
   std::vector<double> force(solid.vertices.size());
-  map.map_force(std::vector<double>(map.n_flow(), 1.0), map.flow_mesh().vertices, solid.vertices, force);
+  map.map_force(std::vector<double>(map.n_flow(), 1.0), map.flow_mesh().vertices, solid.vertices,
+                force);
   const double cell = 1.0 / (32.0 * 32.0);
   for (std::size_t v = 0; v < solid.n_vertices(); ++v) {
     const Vector3d x = point_of(solid.vertices, v);
     const bool inside = x[0] > 0.04 && x[0] < 0.96 && x[1] > 0.04 && x[1] < 0.96;
     if (!inside) continue;
-    // A piece of a flow facet does not end at the solid's edges where they cut it: 1/16 of a node's area at most.
+    // A piece of a flow facet does not end at the solid's edges where they cut it: 1/16 of a node's
+    // area at most.
     EXPECT_NEAR(std::abs(force[3 * v + 2]), cell, 0.07 * cell) << v;
   }
 }
@@ -235,10 +259,12 @@ TEST(InterfaceMap, IsOfSecondOrder) {
       auto solid = sphere(level, 0.0);
       const auto flow = sphere(level - 1, 0.7);
       const InterfaceMap map(flow, scattered ? without_triangles(solid) : solid, {});
-      std::vector<double> found(flow.vertices.size()), force(solid.vertices.size()), p(solid.n_vertices());
+      std::vector<double> found(flow.vertices.size()), force(solid.vertices.size()),
+          p(solid.n_vertices());
       map.map_vectors(at_vertices(solid, smooth), found);
       const double motion = rms_difference(found, at_vertices(flow, smooth));
-      // Work of the nodal forces on a smooth motion, against the integral of p n . u over a finer sphere.
+      // Work of the nodal forces on a smooth motion, against the integral of p n . u over a finer
+      // sphere.
       map.map_force(pressures(flow), flow.vertices, solid.vertices, force);
       const auto u = at_vertices(solid, smooth);
       double work = 0.0;
@@ -249,7 +275,8 @@ TEST(InterfaceMap, IsOfSecondOrder) {
         double sum = 0.0;
         for (std::size_t t = 0; t < areas.size(); ++t) {
           Vector3d x = Vector3d::Zero();
-          for (std::size_t k = 0; k < 3; ++k) x += point_of(fine.vertices, static_cast<std::size_t>(fine.triangles[3 * t + k])) / 3.0;
+          for (std::size_t k = 0; k < 3; ++k)
+            x += point_of(fine.vertices, static_cast<std::size_t>(fine.triangles[3 * t + k])) / 3.0;
           sum -= smooth_pressure(x) * areas[t].dot(smooth(x));
         }
         return sum;
@@ -257,8 +284,8 @@ TEST(InterfaceMap, IsOfSecondOrder) {
       const double work_error = std::abs(work - exact) / std::abs(exact);
       map.map_pressure(pressures(flow), p);
       const double pressure = rms_difference(p, pressures(solid));
-      std::printf("%s, level %d: motion %.2e, work %.2e, pressure %.2e", scattered ? "radial basis" : "projection",
-                  level, motion, work_error, pressure);
+      std::printf("%s, level %d: motion %.2e, work %.2e, pressure %.2e",
+                  scattered ? "radial basis" : "projection", level, motion, work_error, pressure);
       if (last_motion > 0.0) {
         // Work is one number, whose parts of either sign cancel by chance: from the first level on.
         const double order_work = std::log2(first_work / work_error) / (level - 3);
@@ -282,7 +309,8 @@ TEST(InterfaceMap, KeepsTheSidesOfAThinPlateApart) {
   const InterfaceMap map(flow, solid, {});
   // Load on the upper side only: none of it may reach the middle of the lower one.
   std::vector<double> p(flow.n_vertices(), 0.0), force(solid.vertices.size());
-  for (std::size_t v = 0; v < flow.n_vertices(); ++v) p[v] = flow.vertices[3 * v + 2] > 0.0 ? 1.0 : 0.0;
+  for (std::size_t v = 0; v < flow.n_vertices(); ++v)
+    p[v] = flow.vertices[3 * v + 2] > 0.0 ? 1.0 : 0.0;
   map.map_force(p, flow.vertices, solid.vertices, force);
   for (std::size_t v = 0; v < solid.n_vertices(); ++v) {
     const Vector3d x = point_of(solid.vertices, v);
@@ -295,7 +323,8 @@ TEST(InterfaceMap, KeepsTheSidesOfAThinPlateApart) {
 }
 
 TEST(InterfaceMap, RefusesMeshesThatDoNotBelongTogether) {
-  const auto text_of = [](const link::InterfaceMesh& flow, const link::InterfaceMesh& solid, MappingOptions options = {}) {
+  const auto text_of = [](const link::InterfaceMesh& flow, const link::InterfaceMesh& solid,
+                          MappingOptions options = {}) {
     try {
       const InterfaceMap map(flow, solid, options);
     } catch (const LinkError& error) {
@@ -307,17 +336,22 @@ TEST(InterfaceMap, RefusesMeshesThatDoNotBelongTogether) {
   EXPECT_NE(text_of(shifted, sphere(3, 0.0)).find("coupling.mapping_gap"), std::string::npos);
   EXPECT_EQ(text_of(shifted, sphere(3, 0.0), {.largest_gap = 10.0}), "accepted");
   auto inside_out = sphere(3, 0.0);
-  for (std::size_t t = 0; t < inside_out.triangles.size(); t += 3) std::swap(inside_out.triangles[t], inside_out.triangles[t + 1]);
+  for (std::size_t t = 0; t < inside_out.triangles.size(); t += 3)
+    std::swap(inside_out.triangles[t], inside_out.triangles[t + 1]);
   EXPECT_NE(text_of(inside_out, sphere(3, 0.0)), "accepted");
   // A flow that covers half of the solid: the solid's uncovered vertices are named.
   auto half = sphere(4, 0.0);
   std::vector<std::int32_t> kept;
   for (std::size_t t = 0; t < half.triangles.size(); t += 3)
     if (half.vertices[3 * static_cast<std::size_t>(half.triangles[t])] > 0.3)
-      kept.insert(kept.end(), half.triangles.begin() + static_cast<long>(t), half.triangles.begin() + static_cast<long>(t) + 3);
+      kept.insert(kept.end(), half.triangles.begin() + static_cast<long>(t),
+                  half.triangles.begin() + static_cast<long>(t) + 3);
   half.triangles = kept;
   EXPECT_NE(text_of(half, sphere(4, 0.0)).find("vertex"), std::string::npos);
-  EXPECT_NE(text_of(sphere(3, 0.0), without_triangles(sphere(3, 0.0)), {.kind = MappingKind::nearest_projection}).find("no triangles"),
+  EXPECT_NE(text_of(sphere(3, 0.0), without_triangles(sphere(3, 0.0)),
+                    {.kind = MappingKind::nearest_projection})
+                .find("no triangles"),
             std::string::npos);
-  EXPECT_NE(text_of(without_triangles(sphere(3, 0.0)), sphere(3, 0.0)).find("no triangles"), std::string::npos);
+  EXPECT_NE(text_of(without_triangles(sphere(3, 0.0)), sphere(3, 0.0)).find("no triangles"),
+            std::string::npos);
 }

@@ -1,6 +1,5 @@
-#include <gtest/gtest.h>
-
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -47,10 +46,12 @@ TEST(SharedMemory, RefusesFilesThatCouldShrinkAndThatAreNone) {
   const auto pid = static_cast<std::uint32_t>(::getpid());
   const int plain = ::memfd_create("plain", 0);
   ASSERT_EQ(::ftruncate(plain, 4096), 0);
-  EXPECT_THROW(static_cast<void>(reader.view({pid, static_cast<std::uint32_t>(plain), 0}, 8)), LinkError);
+  EXPECT_THROW(static_cast<void>(reader.view({pid, static_cast<std::uint32_t>(plain), 0}, 8)),
+               LinkError);
   int pipe[2];
   ASSERT_EQ(::pipe(pipe), 0);
-  EXPECT_THROW(static_cast<void>(reader.view({pid, static_cast<std::uint32_t>(pipe[0]), 0}, 8)), LinkError);
+  EXPECT_THROW(static_cast<void>(reader.view({pid, static_cast<std::uint32_t>(pipe[0]), 0}, 8)),
+               LinkError);
   EXPECT_THROW(static_cast<void>(reader.view({pid, 999'999, 0}, 8)), LinkError);
   for (const int fd : {plain, pipe[0], pipe[1]}) ::close(fd);
 }
@@ -65,7 +66,9 @@ TEST(SharedMemory, ProbeIsFoundByItsMarkOnly) {
 
 namespace {
 
-std::string scratch_path(const char* name) { return "/tmp/ocublast-packets-" + std::to_string(::getpid()) + name; }
+std::string scratch_path(const char* name) {
+  return "/tmp/ocublast-packets-" + std::to_string(::getpid()) + name;
+}
 
 }  // namespace
 
@@ -76,7 +79,8 @@ TEST(PacketSocket, KeepsPacketsApartAndInOrder) {
   ASSERT_TRUE(theirs);
   auto ours = listener.take(42);
   ASSERT_TRUE(ours);
-  for (int n = 0; n < 20; ++n) EXPECT_TRUE(theirs.send(std::string(static_cast<std::size_t>(n + 1), 'a')));
+  for (int n = 0; n < 20; ++n)
+    EXPECT_TRUE(theirs.send(std::string(static_cast<std::size_t>(n + 1), 'a')));
   std::string got;
   for (int n = 0; n < 20; ++n) {
     ASSERT_TRUE(ours.receive(got));

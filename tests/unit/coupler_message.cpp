@@ -67,7 +67,8 @@ TEST(Header, StaysFarBelowItsLimitWithTheLongestTexts) {
 
 TEST(Header, TextsAreCutAtWholeCharactersAndDamagedOnesStillArrive) {
   Header h = make_result();
-  h.status = std::string(199, 'a') + "\u00b5s";  // two bytes from 199 on: would be cut in the middle
+  h.status =
+      std::string(199, 'a') + "\u00b5s";  // two bytes from 199 on: would be cut in the middle
   EXPECT_EQ(decode(encode(h)).status, std::string(199, 'a'));
   h.status = "caf\xe9 \xff\u00e9";
   EXPECT_EQ(decode(encode(h)).status, "caf? ?\u00e9");
@@ -89,7 +90,8 @@ TEST(Header, EveryMandatoryNumberOfAResultIsMissed) {
     ASSERT_TRUE(message.ParseFromString(bytes));
     const auto* field = proto::Header::descriptor()->FindFieldByNumber(number);
     message.GetReflection()->ClearField(&message, field);
-    EXPECT_THROW(static_cast<void>(decode(message.SerializeAsString())), LinkError) << field->name();
+    EXPECT_THROW(static_cast<void>(decode(message.SerializeAsString())), LinkError)
+        << field->name();
   }
 }
 
@@ -107,7 +109,8 @@ TEST(Header, RefusesPayloadLengthsThatDoNotFollowFromTheCounts) {
   h.payload_bytes += 8;
   EXPECT_THROW(static_cast<void>(decode(encode(h))), LinkError);
   h = make_result();
-  h.n_vertices = std::numeric_limits<std::uint64_t>::max() / 48 + 2;  // would wrap to a small length
+  h.n_vertices =
+      std::numeric_limits<std::uint64_t>::max() / 48 + 2;  // would wrap to a small length
   h.payload_bytes = 48 * h.n_vertices;
   EXPECT_THROW(static_cast<void>(decode(encode(h))), LinkError);
 }
@@ -178,9 +181,11 @@ TEST(Payload, ChecksumIsThatOfThePublishedAlgorithm) {
 }
 
 TEST(Payload, ChecksumIsTheSameByAnyRegisters) {
-  // python3 -c 'import xxhash; print(hex(xxhash.xxh3_64_intdigest(bytes(i % 251 for i in range(N)))))'
-  const std::pair<std::size_t, std::uint64_t> known[] = {
-      {4095, 0xa541030d777f5abeULL}, {4096, 0x7135ffa504f1bc71ULL}, {100'001, 0x1aa99e18506ba0aULL}};
+  // python3 -c 'import xxhash; print(hex(xxhash.xxh3_64_intdigest(bytes(i % 251 for i in
+  // range(N)))))'
+  const std::pair<std::size_t, std::uint64_t> known[] = {{4095, 0xa541030d777f5abeULL},
+                                                         {4096, 0x7135ffa504f1bc71ULL},
+                                                         {100'001, 0x1aa99e18506ba0aULL}};
   for (const auto& [n, expected] : known) {
     std::vector<std::byte> bytes(n);
     for (std::size_t i = 0; i < n; ++i) bytes[i] = static_cast<std::byte>(i % 251);

@@ -2,8 +2,8 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstdio>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -22,8 +22,8 @@ constexpr std::size_t n_records = 8;
 
 /// A file of this process, as other tests of the same program run beside it.
 struct TrafficFile {
-  std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("ocublast_traffic_" + std::to_string(getpid()) + ".ocu");
+  std::filesystem::path path = std::filesystem::temp_directory_path() /
+                               ("ocublast_traffic_" + std::to_string(getpid()) + ".ocu");
   ~TrafficFile() { std::filesystem::remove(path); }
 };
 const TrafficFile traffic;
@@ -36,23 +36,28 @@ link::Header header_for(std::size_t i, const zmq::message_t& payload) {
   h.fields = link::field::overpressure;
   h.n_vertices = payload.size() / sizeof(double);
   h.payload_bytes = payload.size();
-  h.payload_checksum = link::checksum({static_cast<const std::byte*>(payload.data()), payload.size()});
+  h.payload_checksum =
+      link::checksum({static_cast<const std::byte*>(payload.data()), payload.size()});
   return h;
 }
 
 /// A recording of n_records messages; every second one repeats the payload before it.
-std::filesystem::path write_recording(std::size_t vertices,
-                                      TrafficWriter::Packing packing = TrafficWriter::Packing::none) {
+std::filesystem::path write_recording(
+    std::size_t vertices, TrafficWriter::Packing packing = TrafficWriter::Packing::none) {
   const auto& file = traffic.path;
-  TrafficWriter writer(file, {.program = "test", .case_name = "piston", .case_hash = 1, .mesh_hash = 2}, packing);
+  TrafficWriter writer(
+      file, {.program = "test", .case_name = "piston", .case_hash = 1, .mesh_hash = 2}, packing);
   std::uint64_t last = 0;
   for (std::size_t i = 0; i < n_records; ++i) {
     std::vector<double> values(vertices, static_cast<double>(i / 2));
     zmq::message_t payload(values.data(), values.size() * sizeof(double));
     const auto header = link::encode(header_for(i, payload));
-    const auto direction = i % 2 == 0 ? Direction{Party::flow, true} : Direction{Party::solid, false};
-    if (i % 2 == 0) last = writer.append(direction, header, payload);
-    else writer.append(direction, header, payload, last);
+    const auto direction =
+        i % 2 == 0 ? Direction{Party::flow, true} : Direction{Party::solid, false};
+    if (i % 2 == 0)
+      last = writer.append(direction, header, payload);
+    else
+      writer.append(direction, header, payload, last);
   }
   writer.close();
   return file;
@@ -109,7 +114,8 @@ TEST(Recording, PacksFieldsThatChangeLittleAndReturnsTheirBits) {
   constexpr std::size_t n = 5000, windows = 20;
   const auto wave = [](std::size_t w) {
     std::vector<double> values(n);
-    for (std::size_t i = 0; i < n; ++i) values[i] = 1e5 * std::sin(1e-3 * static_cast<double>(i) + 1e-4 * static_cast<double>(w));
+    for (std::size_t i = 0; i < n; ++i)
+      values[i] = 1e5 * std::sin(1e-3 * static_cast<double>(i) + 1e-4 * static_cast<double>(w));
     return values;
   };
   std::array<std::uintmax_t, 2> sizes{};
@@ -123,7 +129,8 @@ TEST(Recording, PacksFieldsThatChangeLittleAndReturnsTheirBits) {
       }
       writer.close();
     }
-    sizes[packing == TrafficWriter::Packing::zstd ? 1 : 0] = std::filesystem::file_size(traffic.path);
+    sizes[packing == TrafficWriter::Packing::zstd ? 1 : 0] =
+        std::filesystem::file_size(traffic.path);
     TrafficReader reader(traffic.path);
     for (std::size_t w = 0; w < windows; ++w) {
       const auto record = reader.next();
@@ -132,7 +139,8 @@ TEST(Recording, PacksFieldsThatChangeLittleAndReturnsTheirBits) {
       EXPECT_EQ(std::memcmp(record->payload.data(), values.data(), n * sizeof(double)), 0);
     }
   }
-  std::printf("packed %zu of %zu bytes\n", static_cast<std::size_t>(sizes[1]), static_cast<std::size_t>(sizes[0]));
+  std::printf("packed %zu of %zu bytes\n", static_cast<std::size_t>(sizes[1]),
+              static_cast<std::size_t>(sizes[0]));
   EXPECT_LT(sizes[1], sizes[0]);
 }
 

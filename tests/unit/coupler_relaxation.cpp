@@ -10,7 +10,8 @@ using ocublast::coupler::RelaxationKind;
 
 namespace {
 
-/// H(x) = A x + b with the fixed point x* = 1 in every component; A is full, with entries up to `size`.
+/// H(x) = A x + b with the fixed point x* = 1 in every component; A is full, with entries up to
+/// `size`.
 struct Linear {
   std::size_t n;
   double size;
@@ -46,7 +47,9 @@ double residual_after(RelaxationKind kind, double factor, const Linear& problem,
 
 TEST(Relaxation, AitkenSolvesOneLinearEquationInTwoSteps) {
   // A factor of -5: the plain iteration diverges.
-  EXPECT_NEAR(residual_after(RelaxationKind::aitken, 0.5, {.n = 1, .size = -5.0 / std::cos(1.0)}, 2), 0.0, 1e-14);
+  EXPECT_NEAR(
+      residual_after(RelaxationKind::aitken, 0.5, {.n = 1, .size = -5.0 / std::cos(1.0)}, 2), 0.0,
+      1e-14);
 }
 
 TEST(Relaxation, InverseLeastSquaresSolvesNLinearEquationsInNPlusOneSteps) {

@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -25,11 +24,13 @@ struct Prediction {
   double x, v;
 };
 
-Prediction predict(double x, double v, double v_before, double width_before, int order, double width) {
+Prediction predict(double x, double v, double v_before, double width_before, int order,
+                   double width) {
   const std::array<double, 1> xs{x}, vs{v}, before{v_before};
   std::array<double, 1> x_star{}, v_star{};
-  predict_wall({.position = xs, .velocity = vs, .velocity_before = before, .width_before = width_before},
-               order, width, x_star, v_star);
+  predict_wall(
+      {.position = xs, .velocity = vs, .velocity_before = before, .width_before = width_before},
+      order, width, x_star, v_star);
   return {x_star[0], v_star[0]};
 }
 
@@ -73,7 +74,8 @@ TEST(Predictor, FirstWindowAndLowerOrdersUseWhatThereIs) {
 }
 
 TEST(Predictor, SaysWhetherAllItMadeIsFinite) {
-  // 21 numbers: two blocks of eight lanes and a rest. Whatever is wrong at any place of any array must show.
+  // 21 numbers: two blocks of eight lanes and a rest. Whatever is wrong at any place of any array
+  // must show.
   constexpr std::size_t n = 21;
   const double inf = std::numeric_limits<double>::infinity();
   for (const int order : {0, 1, 2})
@@ -81,7 +83,8 @@ TEST(Predictor, SaysWhetherAllItMadeIsFinite) {
       std::array<double, n> x{}, v{}, before{}, a{}, x_star{}, v_star{};
       x.fill(1.0);
       v.fill(2.0);
-      WallHistory history{.position = x, .velocity = v, .velocity_before = before, .width_before = 0.5};
+      WallHistory history{
+          .position = x, .velocity = v, .velocity_before = before, .width_before = 0.5};
       if (accelerated) history.acceleration = a;
       const auto finite = [&] { return predict_wall(history, order, 0.5, x_star, v_star); };
       EXPECT_TRUE(finite());
@@ -98,14 +101,15 @@ TEST(Predictor, SaysWhetherAllItMadeIsFinite) {
 }
 
 TEST(Predictor, MakesUpForAShareOfWhatThePositionMisses) {
-  // Sent to 1 m, 2 m/s; predicted 3.5 m, 4 m/s half a second later: on the path 1 + 0.5 * 3 = 2.5 m.
+  // Sent to 1 m, 2 m/s; predicted 3.5 m, 4 m/s half a second later: on the path 1 + 0.5 * 3 = 2.5
+  // m.
   const std::array<double, 1> x{1.5}, v{4.0};
   const std::array<double, 2> sent{1.0, 2.0};
   for (const int order : {1, 2})  // constant velocity: both orders are exact in binary
     for (const double share : {0.0, 0.25, 1.0}) {
       std::array<double, 1> x_star{}, v_star{};
-      predict_wall({.position = x, .velocity = v, .velocity_before = v, .width_before = 0.25}, order, 0.5, x_star, v_star,
-                   {.motion = sent, .width = 0.5, .share = share});
+      predict_wall({.position = x, .velocity = v, .velocity_before = v, .width_before = 0.25},
+                   order, 0.5, x_star, v_star, {.motion = sent, .width = 0.5, .share = share});
       EXPECT_EQ(x_star[0], 2.5 + share);
       EXPECT_EQ(v_star[0], 4.0);
     }
@@ -162,7 +166,8 @@ TEST(TimeWindow, AStepTooShortToAdvanceIsAnError) {
 }
 
 TEST(CouplingState, ComesBackFromItsFileBitForBit) {
-  const auto directory = std::filesystem::temp_directory_path() / ("ocublast_state_" + std::to_string(getpid()));
+  const auto directory =
+      std::filesystem::temp_directory_path() / ("ocublast_state_" + std::to_string(getpid()));
   std::filesystem::create_directories(directory);
   CouplingState s;
   s.window = 17;
@@ -192,7 +197,8 @@ TEST(CouplingState, ComesBackFromItsFileBitForBit) {
 }
 
 TEST(Checkpoint, OnlyCompleteOnesAreFoundAndTwoAreKept) {
-  const auto run = std::filesystem::temp_directory_path() / ("ocublast_checkpoints_" + std::to_string(getpid()));
+  const auto run =
+      std::filesystem::temp_directory_path() / ("ocublast_checkpoints_" + std::to_string(getpid()));
   std::filesystem::remove_all(run);
   EXPECT_FALSE(link::find_checkpoint(run));
   for (const std::uint64_t window : {5, 10, 15}) {

@@ -13,7 +13,9 @@ namespace ocublast::flow {
 namespace {
 
 /// Some node value, rough and of order one.
-double value(int i) { return std::sin(1.3 * i) + 0.3 * std::cos(7.1 * i) + 0.01 * i; }
+double value(int i) {
+  return std::sin(1.3 * i) + 0.3 * std::cos(7.1 * i) + 0.01 * i;
+}
 
 /// Fluxes of all faces of one class by the eliminated rows; node values as `at` gives them.
 template <class At>
@@ -22,7 +24,8 @@ std::vector<double> solve(const LineTable& t, LineSolve which, int parity_class,
   const int weights = filter ? filter_weights : flux_weights;
   std::vector<double> y(static_cast<std::size_t>(t.face_end - t.face_begin + 1));
   const auto row = [&](int j) {
-    return (filter ? t.filter : t.flux).data() + (j + table_offset) * (filter ? filter_row_size : flux_row_size) +
+    return (filter ? t.filter : t.flux).data() +
+           (j + table_offset) * (filter ? filter_row_size : flux_row_size) +
            parity_class * (weights + 3);
   };
   double before = 0.0;
@@ -48,8 +51,10 @@ void expect_sums_equal_the_solve(LineEnd low, LineEnd high, LineSolve which, boo
     const auto at = [&](int i) {
       // The filter sees its own nodes beyond a plane of symmetry.
       const bool mirror = which == LineSolve::filter;
-      if (i < 0 && mirror && low == LineEnd::mirrored_slip) return (c == 1 ? -1.0 : 1.0) * value(-1 - i);
-      if (i >= line.n && mirror && high == LineEnd::mirrored_slip) return (c == 1 ? -1.0 : 1.0) * value(2 * line.n - 1 - i);
+      if (i < 0 && mirror && low == LineEnd::mirrored_slip)
+        return (c == 1 ? -1.0 : 1.0) * value(-1 - i);
+      if (i >= line.n && mirror && high == LineEnd::mirrored_slip)
+        return (c == 1 ? -1.0 : 1.0) * value(2 * line.n - 1 - i);
       return value(i);
     };
     const auto exact = solve(t, which, c, at);
@@ -62,7 +67,10 @@ void expect_sums_equal_the_solve(LineEnd low, LineEnd high, LineSolve which, boo
           for (int i = w.first; i < w.last; ++i) {
             const auto m = static_cast<std::size_t>(face - border + known - 1);
             const auto weight = [&](std::size_t of) {
-              return w.weight[((static_cast<std::size_t>(i - w.first)) * static_cast<std::size_t>(w.faces) + of) * n_classes +
+              return w.weight[((static_cast<std::size_t>(i - w.first)) *
+                                   static_cast<std::size_t>(w.faces) +
+                               of) *
+                                  n_classes +
                               static_cast<std::size_t>(c)];
             };
             const bool near = i >= w.near_first && i < w.near_last;
@@ -71,7 +79,8 @@ void expect_sums_equal_the_solve(LineEnd low, LineEnd high, LineSolve which, boo
           }
         }
         // Sixty terms of order one, each to 1e-16, and what least_weight drops: 2 x 3e-15.
-        EXPECT_NEAR(sum, exact[static_cast<std::size_t>(face - t.face_begin)], 1.6e-14) << "face " << face << " class " << c;
+        EXPECT_NEAR(sum, exact[static_cast<std::size_t>(face - t.face_begin)], 1.6e-14)
+            << "face " << face << " class " << c;
       }
     }
   }
@@ -93,7 +102,8 @@ TEST(BorderWeights, OfAConstantAreOneOnAPeriodicLine) {
     const BorderWeights w = make_border_weights(line, LineSolve::flux, border, 0, 24);
     for (std::size_t m = 0; m < static_cast<std::size_t>(w.faces); ++m) {
       double sum = 0.0;
-      for (std::size_t i = 0; i < 24; ++i) sum += w.weight[(i * static_cast<std::size_t>(w.faces) + m) * n_classes];
+      for (std::size_t i = 0; i < 24; ++i)
+        sum += w.weight[(i * static_cast<std::size_t>(w.faces) + m) * n_classes];
       EXPECT_NEAR(sum, 1.0, 1e-15);
     }
   }

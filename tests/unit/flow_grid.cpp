@@ -1,7 +1,7 @@
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <numeric>
-
-#include <gtest/gtest.h>
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/grid/make_grid.hpp"
@@ -19,9 +19,16 @@ TEST(MakeAxis, UniformSpacingGivesEqualJacobians) {
 }
 
 TEST(MakeAxis, JacobiansSumToTheLengthOnARefinedGrid) {
-  const AxisSpec spec{.min = 0.0, .max = 2.0, .spacing = 0.05, .refined = true, .zone_min = 0.7,
-                      .zone_max = 1.1, .zone_spacing = 0.01, .growth = 1.1,
-                      .low = {.cells = 6, .ratio = 1.2}, .high = {.cells = 12, .ratio = 1.1}};
+  const AxisSpec spec{.min = 0.0,
+                      .max = 2.0,
+                      .spacing = 0.05,
+                      .refined = true,
+                      .zone_min = 0.7,
+                      .zone_max = 1.1,
+                      .zone_spacing = 0.01,
+                      .growth = 1.1,
+                      .low = {.cells = 6, .ratio = 1.2},
+                      .high = {.cells = 12, .ratio = 1.1}};
   const Axis axis = make_axis(spec);
   double sum = 0.0;
   double finest = 1.0;

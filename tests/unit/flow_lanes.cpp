@@ -1,11 +1,15 @@
-#include <string>
-
 #include <gtest/gtest.h>
 
+#include <string>
+
 namespace ocublast::flow {
-#define OCU_DECLARE(set) \
-  namespace double_precision::set { std::string check_lanes(); } \
-  namespace single_precision::set { std::string check_lanes(); }
+#define OCU_DECLARE(set)            \
+  namespace double_precision::set { \
+  std::string check_lanes();        \
+  }                                 \
+  namespace single_precision::set { \
+  std::string check_lanes();        \
+  }
 inline namespace double_precision {}
 OCU_DECLARE(isa_baseline)
 OCU_DECLARE(isa_avx2)

@@ -1,9 +1,8 @@
-#include "flow_solver/io/probes.hpp"
-
 #include <gtest/gtest.h>
 
 #include "coupler/base/errors.hpp"
 #include "flow_solver/grid/make_grid.hpp"
+#include "flow_solver/io/probes.hpp"
 
 namespace ocublast::flow {
 namespace {
@@ -42,7 +41,8 @@ TEST(Probes, RefuseAPlaceOutsideTheGridAndNameIt) {
     const Probes probes(field.grid, field.gas, {{"far", {1.5, 0.5, 0.0}}}, ambient);
     FAIL() << "a probe outside must be refused";
   } catch (const CaseError& error) {
-    EXPECT_NE(std::string(error.what()).find("'far': x = 1.5 m"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("'far': x = 1.5 m"), std::string::npos)
+        << error.what();
   }
 }
 
@@ -59,7 +59,8 @@ TEST(Probes, FindPeakArrivalAndImpulseOfATriangularPulse) {
   probes.restore(times, history);
   const auto result = probes.result(0);
   EXPECT_DOUBLE_EQ(result.peak, 1000.0);
-  EXPECT_DOUBLE_EQ(result.arrival, 1.5);  // half of the peak on the straight line from (1, 0) to (2, 1000)
+  EXPECT_DOUBLE_EQ(result.arrival,
+                   1.5);  // half of the peak on the straight line from (1, 0) to (2, 1000)
   EXPECT_DOUBLE_EQ(result.impulse, 500.0 + 0.5 * 10.0 * 1000.0);  // rise 1 s, fall 10 s
 }
 

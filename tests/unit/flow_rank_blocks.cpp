@@ -28,7 +28,8 @@ PlaneWork even_work(const Grid& grid) {
 TEST(RankBlocks, AreCutAsWithoutWorkWhereAllNodesAreAlike) {
   const Grid grid = bar(90, 60);
   for (const int n : {2, 3, 4, 6}) {
-    const RankBlocks plain = cut_grid(grid, n, {}), by_work = cut_grid(grid, n, {}, even_work(grid));
+    const RankBlocks plain = cut_grid(grid, n, {}),
+                     by_work = cut_grid(grid, n, {}, even_work(grid));
     EXPECT_EQ(plain.parts, by_work.parts) << n;
     EXPECT_EQ(plain.begin, by_work.begin) << n;
   }

@@ -1,9 +1,9 @@
 #include "coupler/base/hdf5_file.hpp"
 
-#include <filesystem>
-
 #include <gtest/gtest.h>
 #include <unistd.h>
+
+#include <filesystem>
 
 #include "coupler/base/errors.hpp"
 

@@ -1,9 +1,10 @@
 // Paths of walls, nodes that come out of bodies, thin plates and gaps.
+#include "flow_solver/immersed/immersed_boundary.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "flow_solver/immersed/immersed_boundary.hpp"
 #include "flow_solver/immersed/wall_path.hpp"
 #include "tests/unit/immersed_boundary_rig.hpp"
 

@@ -66,7 +66,8 @@ void for_all_ghosts(const Grid& grid, const ImmersedBoundary& bodies, const Ramp
 }
 
 /// Moves all vertices by the same path of constant acceleration over [0, t].
-inline void set_uniform_acceleration(ImmersedBoundary& bodies, std::size_t b, double t, const Vec3& a) {
+inline void set_uniform_acceleration(ImmersedBoundary& bodies, std::size_t b, double t,
+                                     const Vec3& a) {
   std::vector<double> x(bodies.position(b).begin(), bodies.position(b).end());
   std::vector<double> v(x.size());
   for (std::size_t n = 0; n < x.size(); ++n) {

@@ -21,7 +21,6 @@ CutGrid cut_for(const Grid& grid, const Bodies& bodies, double gap_block) {
   return cut;
 }
 
-
 Bodies make_bodies(const Grid& grid, std::vector<BodySurface> surfaces) {
   std::vector<Body> list;
   for (BodySurface& s : surfaces) {
@@ -266,8 +265,8 @@ TEST(ImmersedFoot, OfAPointOnTheFarSideOfAThinPlateStaysOnTheCrossedSide) {
   for (std::size_t f = 0; f < bodies[0].n_facets(); ++f) {
     if (bodies[0].geometry.normal[f][0] > -.9) continue;
     // Three cells behind the front wall, in the gas on the other side.
-    const Foot foot =
-        find_foot(bodies, {{.65, .5, .5}}, {{.5, .5, .5}}, 0, static_cast<std::int32_t>(f), nullptr);
+    const Foot foot = find_foot(bodies, {{.65, .5, .5}}, {{.5, .5, .5}}, 0,
+                                static_cast<std::int32_t>(f), nullptr);
     EXPECT_NEAR(foot.normal[0], -1.0, 1e-14);
     EXPECT_NEAR(foot.depth, .15, 1e-14);
     EXPECT_NEAR(foot.point[0], .5, 1e-14);

@@ -46,7 +46,8 @@ TEST(ImmersedReadOut, ChangesSmoothlyWhenTheWallPassesNodes) {
   const double h = 1.0 / n, slope = 1e4, step = h / 50;
   const Grid grid = uniform_grid(n, n, 1, 1.0);
   ImmersedBoundary bodies(
-      grid, gas, {{.name = "cylinder", .surface = make_cylinder(.4, .5, 8.5 * h, 60), .moves = true}}, {});
+      grid, gas,
+      {{.name = "cylinder", .surface = make_cylinder(.4, .5, 8.5 * h, 60), .moves = true}}, {});
   Fields W(grid);
   W.set(grid, gas, [&](double x, double, double) {
     return std::array<double, 5>{p0 + slope * x, T0, 0, 0, 0};
@@ -65,10 +66,11 @@ TEST(ImmersedReadOut, ChangesSmoothlyWhenTheWallPassesNodes) {
     bodies.move_to(s + 1);
     bodies.update_topology(W.view());
   }
-  std::printf("cylinder through a linear pressure, 0.02 h at a time: off the slope by up to %.3f h of it\n",
-              worst / slope / h);
-  // A weight changes by 0.04 of itself in such a step, at nodes up to 2 h in front of the wall. A node
-  // that came with its weight at once would count by some tenths of h.
+  std::printf(
+      "cylinder through a linear pressure, 0.02 h at a time: off the slope by up to %.3f h of it\n",
+      worst / slope / h);
+  // A weight changes by 0.04 of itself in such a step, at nodes up to 2 h in front of the wall. A
+  // node that came with its weight at once would count by some tenths of h.
   EXPECT_LT(worst, .04 * 2 * h * slope);
 }
 
@@ -76,9 +78,9 @@ struct PeakErrors {
   double mean = 0.0, worst = 0.0;  ///< of the top read, of the exact one
 };
 
-/// A round peak of pressure of half width w spacings on a cylinder or a ball, e^(-ln 2 (s^2 + d^2) / w^2) at way s
-/// along the wall and distance d from it: as high as p0, its top in any direction, the body anywhere among the
-/// nodes.
+/// A round peak of pressure of half width w spacings on a cylinder or a ball, e^(-ln 2 (s^2 + d^2)
+/// / w^2) at way s along the wall and distance d from it: as high as p0, its top in any direction,
+/// the body anywhere among the nodes.
 PeakErrors read_peak(bool ball, double cells_per_radius, double w, int places) {
   const Gas gas;
   const int n = static_cast<int>(2 * cells_per_radius) + 12;
@@ -88,7 +90,8 @@ PeakErrors read_peak(bool ball, double cells_per_radius, double w, int places) {
   for (int q = 0; q < places; ++q) {
     const double turn = std::fmod(.37 * q, 1.0), other = std::fmod(.23 * q, 1.0);
     const Vec3 c = {{.5 + turn * h, .5 + other * h, ball ? .5 + .5 * (turn + other) * h : .5}};
-    const double angle = 2 * std::numbers::pi * std::fmod(.618 * q, 1.0), up = ball ? 1.6 * other - .8 : 0.0;
+    const double angle = 2 * std::numbers::pi * std::fmod(.618 * q, 1.0),
+                 up = ball ? 1.6 * other - .8 : 0.0;
     const double flat = std::sqrt(1 - up * up);
     const Vec3 top = {{flat * std::cos(angle), flat * std::sin(angle), up}};
     const auto p = [&](double x, double y, double z) {
@@ -98,11 +101,14 @@ PeakErrors read_peak(bool ball, double cells_per_radius, double w, int places) {
     };
     ImmersedBoundary bodies(
         grid, gas,
-        {{.name = "body", .surface = ball ? make_sphere(c.c, R, 5)
-                                          : make_cylinder(c[0], c[1], R, static_cast<int>(12 * cells_per_radius))}},
+        {{.name = "body",
+          .surface = ball ? make_sphere(c.c, R, 5)
+                          : make_cylinder(c[0], c[1], R, static_cast<int>(12 * cells_per_radius))}},
         {});
     Fields W(grid);
-    W.set(grid, gas, [&](double x, double y, double z) { return std::array<double, 5>{p(x, y, z), T0, 0, 0, 0}; });
+    W.set(grid, gas, [&](double x, double y, double z) {
+      return std::array<double, 5>{p(x, y, z), T0, 0, 0, 0};
+    });
     bodies.update_topology(W.view());
     std::vector<double> read(bodies.position(0).size() / 3);
     bodies.read_overpressure(W.view(), 0, p0, read);
@@ -118,16 +124,18 @@ TEST(ImmersedReadOut, SeesThePeaksThatTheNodesResolve) {
     bool ball;
     double cells_per_radius, w, mean, worst;
   };
-  // A peak of half width w has the curvature 2 ln 2 / w^2. A mean over .75 spacings along the wall and from it, of
-  // a fit without curvature, takes .78 / w^2 of it away in two directions (19 and 9 %), in three a half more. A fit
-  // of second order is wrong by fourth derivatives, 12 (ln 2)^2 / w^4 times 1/24 of the fourth power of the
-  // nodes' distances, 1.1 spacings in the mean: 2.2 % in each direction at half width 2, 0.4 % at 3; the damping
-  // of its terms takes a tenth of what the fit adds, facets of half a spacing round the top off by .6 and .3 %.
-  for (const Row& row : {Row{false, 16, 2, .05, .07}, Row{false, 16, 3, .02, .03}, Row{true, 8, 2, .09, .10},
-                         Row{true, 8, 3, .035, .04}}) {
+  // A peak of half width w has the curvature 2 ln 2 / w^2. A mean over .75 spacings along the wall
+  // and from it, of a fit without curvature, takes .78 / w^2 of it away in two directions (19 and 9
+  // %), in three a half more. A fit of second order is wrong by fourth derivatives, 12 (ln 2)^2 /
+  // w^4 times 1/24 of the fourth power of the nodes' distances, 1.1 spacings in the mean: 2.2 % in
+  // each direction at half width 2, 0.4 % at 3; the damping of its terms takes a tenth of what the
+  // fit adds, facets of half a spacing round the top off by .6 and .3 %.
+  for (const Row& row : {Row{false, 16, 2, .05, .07}, Row{false, 16, 3, .02, .03},
+                         Row{true, 8, 2, .09, .10}, Row{true, 8, 3, .035, .04}}) {
     const PeakErrors e = read_peak(row.ball, row.cells_per_radius, row.w, row.ball ? 6 : 24);
-    std::printf("peak of half width %.0f h on a %s, R/h %.0f: top read %+.1f %%, at worst %+.1f %%\n", row.w,
-                row.ball ? "ball" : "cylinder", row.cells_per_radius, 100 * e.mean, 100 * e.worst);
+    std::printf(
+        "peak of half width %.0f h on a %s, R/h %.0f: top read %+.1f %%, at worst %+.1f %%\n",
+        row.w, row.ball ? "ball" : "cylinder", row.cells_per_radius, 100 * e.mean, 100 * e.worst);
     EXPECT_LT(std::abs(e.mean), row.mean);
     EXPECT_LT(std::abs(e.worst), row.worst);
   }
@@ -230,9 +238,9 @@ TEST(ImmersedLoad, CountsTheExposedPartOfBodiesThatOverlap) {
   // Together they form a closed surface under uniform pressure: no force.
   EXPECT_NEAR(ball.force[2] + block.force[2], 0.0, .02 * 1e3 * disc);
   EXPECT_NEAR(ball.force[0] + block.force[0], 0.0, .01 * 1e3 * disc);
-  // Buried vertices carry nothing, exposed ones the pressure, changed by the part that keeps the force:
-  // the smear of the rim is second order in facet size over radius (0.6 %), and rim facets, 12 % of
-  // the area, count by sixteenths (to 1/32: 0.4 %).
+  // Buried vertices carry nothing, exposed ones the pressure, changed by the part that keeps the
+  // force: the smear of the rim is second order in facet size over radius (0.6 %), and rim facets,
+  // 12 % of the area, count by sixteenths (to 1/32: 0.4 %).
   std::vector<double> p(bodies.position(0).size() / 3);
   bodies.read_overpressure(W.view(), 0, p0, p);
   for (std::size_t v = 0; v < p.size(); ++v) {
@@ -250,8 +258,7 @@ TEST(ImmersedLoad, CountsTheExposedPartOfBodiesThatOverlap) {
   for (std::size_t f = 0; f < s.triangles.size(); f += 3) {
     const Vec3 a = row(s.vertices, s.triangles[f]), b = row(s.vertices, s.triangles[f + 1]),
                c = row(s.vertices, s.triangles[f + 2]);
-    const double mean =
-        (p[s.triangles[f]] + p[s.triangles[f + 1]] + p[s.triangles[f + 2]]) / 3.0;
+    const double mean = (p[s.triangles[f]] + p[s.triangles[f + 1]] + p[s.triangles[f + 2]]) / 3.0;
     force = force - (0.5 * mean) * cross(b - a, c - a);
   }
   for (int a = 0; a < 3; ++a) {
@@ -259,8 +266,8 @@ TEST(ImmersedLoad, CountsTheExposedPartOfBodiesThatOverlap) {
   }
 }
 
-/// Forces at the vertices of `surface`, sunk into a block up to z = .43 under a pressure that varies,
-/// against force, moment and power of its facets.
+/// Forces at the vertices of `surface`, sunk into a block up to z = .43 under a pressure that
+/// varies, against force, moment and power of its facets.
 void compare_forces_with_facets(const char* name, BodySurface surface) {
   const Gas gas;
   const Grid grid = uniform_grid(32, 32, 32, 1.0);
@@ -325,7 +332,9 @@ TEST(ImmersedLoad, LoadsAllCornersOfAQuadAlike) {
     if (!quads) box.n_quads = 0;
     ImmersedBoundary bodies(grid, gas, {{.name = "box", .surface = box}}, {});
     Fields W(grid);
-    W.set(grid, gas, [](double, double, double) { return std::array<double, 5>{1.5 * p0, T0, 0, 0, 0}; });
+    W.set(grid, gas, [](double, double, double) {
+      return std::array<double, 5>{1.5 * p0, T0, 0, 0, 0};
+    });
     bodies.update_topology(W.view());
     std::vector<double> force(box.vertices.size());
     bodies.read_force(W.view(), 0, p0, force);
@@ -340,10 +349,11 @@ TEST(ImmersedLoad, LoadsAllCornersOfAQuadAlike) {
         largest = std::max(largest, std::abs(force[v + a]));
       }
     }
-    std::printf("%s: corners of a box carry %.4f to %.4f of a square's load\n", quads ? "quads" : "triangles",
-                smallest / whole, largest / whole);
+    std::printf("%s: corners of a box carry %.4f to %.4f of a square's load\n",
+                quads ? "quads" : "triangles", smallest / whole, largest / whole);
     if (!quads) continue;
-    EXPECT_NEAR(smallest, .25 * whole, 1e-12 * whole);  // rounding of a uniform p: some 10 operations on 1e5 Pa
+    EXPECT_NEAR(smallest, .25 * whole,
+                1e-12 * whole);  // rounding of a uniform p: some 10 operations on 1e5 Pa
     EXPECT_NEAR(largest, .25 * whole, 1e-12 * whole);
   }
 }

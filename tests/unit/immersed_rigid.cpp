@@ -31,7 +31,8 @@ TEST(MotionTableSpline, FollowsASineToFourthOrderInTheInterior) {
     error[level] = 0.0;
     for (int q = 0; q <= 1000; ++q) {
       const double t = q / 1000.0;
-      error[level] = std::max(error[level], std::abs(table.at(t).value[0] - std::sin(2 * std::numbers::pi * t)));
+      error[level] = std::max(error[level],
+                              std::abs(table.at(t).value[0] - std::sin(2 * std::numbers::pi * t)));
       EXPECT_NEAR(table.at(t).rate[3], 4 * std::numbers::pi * std::cos(2 * std::numbers::pi * t),
                   level == 0 ? 2e-2 : 3e-3);
     }
@@ -55,17 +56,23 @@ TEST(MotionTableFile, NamesTheLineThatIsWrong) {
   const std::string header = "time_s,x_m,y_m,z_m,angle_rad\n";
   EXPECT_EQ(message(header + "0,0,0,0,0\n1,1,0,0,0\n"), "");
   EXPECT_NE(message("t,x\n0,0\n").find(":1: header is 't,x'"), std::string::npos);
-  EXPECT_NE(message(header + "0,0,0,0,0\n1,1,x,0,0\n").find(":3: expected five numbers"), std::string::npos);
+  EXPECT_NE(message(header + "0,0,0,0,0\n1,1,x,0,0\n").find(":3: expected five numbers"),
+            std::string::npos);
   EXPECT_NE(message(header + "0,0,0,0,0\n").find("at least 2"), std::string::npos);
   EXPECT_NE(message(header + "0,0,0,0,0\n0,1,0,0,0\n").find("does not follow"), std::string::npos);
   std::filesystem::remove(file);
 }
 
 TEST(RigidPath, HasTheVelocitiesOfItsPositions) {
-  RigidPath path{.velocity = {1, -2, .5}, .amplitude = {.1, .2, -.3}, .angular_frequency = 3.0,
-                 .rotation_axis = {1, 2, -1}, .rotation_center = {.3, .1, 0},
-                 .angular_velocity = 2.0, .angle_amplitude = .7};
-  path.table = MotionTable({0, .5, 1, 2}, {{0, 0, 0, 0}, {.1, 0, 0, .4}, {0, .3, 0, -.1}, {0, 0, 0, 0}});
+  RigidPath path{.velocity = {1, -2, .5},
+                 .amplitude = {.1, .2, -.3},
+                 .angular_frequency = 3.0,
+                 .rotation_axis = {1, 2, -1},
+                 .rotation_center = {.3, .1, 0},
+                 .angular_velocity = 2.0,
+                 .angle_amplitude = .7};
+  path.table =
+      MotionTable({0, .5, 1, 2}, {{0, 0, 0, 0}, {.1, 0, 0, .4}, {0, .3, 0, -.1}, {0, 0, 0, 0}});
   const BodySurface box = make_box({0, 0, 0}, {1, 1, 1});
   const Vec3 center{path.rotation_center};
   std::vector<double> x, v, x_low, x_high, unused;
@@ -80,8 +87,9 @@ TEST(RigidPath, HasTheVelocitiesOfItsPositions) {
     }
     // Rigid: the box's diagonal keeps its length.
     const double length = norm(Vec3{{x[0] - x[21], x[1] - x[22], x[2] - x[23]}});
-    const double rest = norm(Vec3{{box.vertices[0] - box.vertices[21], box.vertices[1] - box.vertices[22],
-                                   box.vertices[2] - box.vertices[23]}});
+    const double rest =
+        norm(Vec3{{box.vertices[0] - box.vertices[21], box.vertices[1] - box.vertices[22],
+                   box.vertices[2] - box.vertices[23]}});
     EXPECT_NEAR(length, rest, 1e-14);
   }
 }
@@ -103,7 +111,9 @@ TEST(RigidMass, OfABoxAndASphereIsExact) {
   EXPECT_NEAR(ball.inertia[3] / ball.inertia[0], 0.0, 1e-12);
 }
 
-BodyLoad no_load() { return {}; }
+BodyLoad no_load() {
+  return {};
+}
 
 TEST(FreeBody, TumblesWithoutLoadAndKeepsAngularMomentumAndEnergy) {
   // The axis of middle inertia: the motion is not steady (Dzhanibekov).
@@ -130,8 +140,8 @@ TEST(FreeBody, TumblesWithoutLoadAndKeepsAngularMomentumAndEnergy) {
     EXPECT_GT(farthest, 1.0);  // it did tumble
     EXPECT_NEAR(body.state().center[0], body.mass().center[0] + 10.0, 1e-11);
   }
-  std::printf("tumbling box: angular momentum to %.1e, energy to %.1e, %.1e (order %.2f)\n", drift[1],
-              error[0], error[1], std::log2(error[0] / error[1]));
+  std::printf("tumbling box: angular momentum to %.1e, energy to %.1e, %.1e (order %.2f)\n",
+              drift[1], error[0], error[1], std::log2(error[0] / error[1]));
   EXPECT_LT(drift[1], 1e-7);  // passes of the orientation leave their fourth power of the step
   EXPECT_LT(error[1], 1e-4);
   EXPECT_GT(std::log2(error[0] / error[1]), 1.8);
@@ -140,7 +150,9 @@ TEST(FreeBody, TumblesWithoutLoadAndKeepsAngularMomentumAndEnergy) {
 TEST(FreeBody, FallsAndTurnsUnderAConstantLoad) {
   const BodySurface box = make_box({-1, -1, -1}, {1, 1, 1});
   FreeBody body(box, mass_of_surface(box, .5),
-                {.translates = {true, true, false}, .rotates = {false, false, true}, .gravity = {{0, -10, 0}}});
+                {.translates = {true, true, false},
+                 .rotates = {false, false, true},
+                 .gravity = {{0, -10, 0}}});
   // mass 4, I = 4 (4 + 4) / 12
   BodyLoad load;
   load.force = {8, 0, 5};
@@ -172,7 +184,8 @@ TEST(FreeBody, FallsAndTurnsUnderAConstantLoad) {
 
 TEST(FreeBody, ContinuesFromWhatItSaved) {
   const BodySurface box = make_box({-1, -1, -1}, {1, 2, 1});
-  const FreeBodyOptions options{.gravity = {{0, 0, -1}}, .velocity = {{1, 0, 0}}, .angular_velocity = {{.1, .2, .3}}};
+  const FreeBodyOptions options{
+      .gravity = {{0, 0, -1}}, .velocity = {{1, 0, 0}}, .angular_velocity = {{.1, .2, .3}}};
   BodyLoad load;
   load.force = {1, 2, 3};
   load.moment = {.1, .2, -.3};

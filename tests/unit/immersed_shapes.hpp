@@ -142,14 +142,17 @@ inline BodySurface make_ring(double x, double y, double inner, double outer, int
     for (const double radius : {inner, outer}) {
       for (int n = 0; n < sides; ++n) {
         const double angle = 2.0 * std::numbers::pi * n / sides;
-        s.vertices.insert(s.vertices.end(), {x + radius * std::cos(angle), y + radius * std::sin(angle), z});
+        s.vertices.insert(s.vertices.end(),
+                          {x + radius * std::cos(angle), y + radius * std::sin(angle), z});
       }
     }
   }
   // Circles 0 and 1 below (inner, outer), 2 and 3 above; a band joins two of them.
   const auto band = [&](int from, int to) {
     for (int n = 0; n < sides; ++n) {
-      const auto at = [&](int circle, int m) { return static_cast<std::int32_t>(circle * sides + m % sides); };
+      const auto at = [&](int circle, int m) {
+        return static_cast<std::int32_t>(circle * sides + m % sides);
+      };
       s.triangles.insert(s.triangles.end(), {at(from, n), at(from, n + 1), at(to, n + 1)});
       s.triangles.insert(s.triangles.end(), {at(from, n), at(to, n + 1), at(to, n)});
     }
@@ -170,7 +173,8 @@ class Fields {
     view_.stride_f = row;
     view_.stride_j = row * n_primitive;
     view_.stride_k = view_.stride_j * (grid.axis[1].n + 2 * g_j);
-    values_.assign(static_cast<std::size_t>(view_.stride_k * (grid.axis[2].n + 2 * g_k)), std::numeric_limits<Real>::quiet_NaN());
+    values_.assign(static_cast<std::size_t>(view_.stride_k * (grid.axis[2].n + 2 * g_k)),
+                   std::numeric_limits<Real>::quiet_NaN());
     view_.data = values_.data() + g_i + g_j * view_.stride_j + g_k * view_.stride_k;
   }
   /// Sets all nodes and ghosts from a function of position: p, T, u, v, w.

@@ -1,10 +1,11 @@
+#include "coupler/base/ranks.hpp"
+
 #include <gtest/gtest.h>
 
 #include <array>
 #include <filesystem>
 #include <string>
 
-#include "coupler/base/ranks.hpp"
 #include "tests/support/mpirun.hpp"
 
 namespace ocublast::test {
@@ -43,8 +44,8 @@ TEST(Ranks, AloneStartNoMpi) {
 }
 
 TEST(Ranks, AddInRankOrderToTheSameBitsEverywhere) {
-  // From the left 0.1 + 0.2 + 0.3 ends in ...34 and 1 + 1e-16 + 1e-16 is 1; from the right ...33 and
-  // 1 + 2.2e-16.
+  // From the left 0.1 + 0.2 + 0.3 ends in ...34 and 1 + 1e-16 + 1e-16 is 1; from the right ...33
+  // and 1 + 2.2e-16.
   const auto outcome = run_ranks(3, probe + " operations");
   ASSERT_EQ(outcome.code, 0) << outcome.output;
   EXPECT_EQ(count(outcome.output,

@@ -8,18 +8,20 @@
 
 namespace ocublast::flow {
 
-/// Overpressure at one distance, condensed: arrival at half of the first peak, impulse as the largest
-/// value of the running integral.
+/// Overpressure at one distance, condensed: arrival at half of the first peak, impulse as the
+/// largest value of the running integral.
 struct Trace {
   double r = 0.0;
-  double peak = 0.0;     ///< Pa, largest value: what a captured front, smeared over cells, leaves of it
-  double front = 0.0;    ///< Pa, the decay behind the front continued back to the arrival, as gauges are read
+  double peak =
+      0.0;  ///< Pa, largest value: what a captured front, smeared over cells, leaves of it
+  double front =
+      0.0;  ///< Pa, the decay behind the front continued back to the arrival, as gauges are read
   double arrival = 0.0;  ///< s
   double impulse = 0.0;  ///< Pa s
 };
 
-/// ln p at 2, 3.5 and 5 rise times behind the arrival (a front is flat no longer than two), continued as a
-/// parabola to the arrival.
+/// ln p at 2, 3.5 and 5 rise times behind the arrival (a front is flat no longer than two),
+/// continued as a parabola to the arrival.
 inline double front_of(const std::vector<double>& t, const std::vector<double>& p, double arrival) {
   const auto peak = static_cast<std::size_t>(std::max_element(p.begin(), p.end()) - p.begin());
   const double rise = t[peak] - arrival;
@@ -43,7 +45,8 @@ inline double front_of(const std::vector<double>& t, const std::vector<double>& 
 }
 
 /// Runs a wave to `end` [s] and traces it at distances.
-inline std::vector<Trace> trace_wave(SteppedWave& wave, const std::vector<double>& radii, double end) {
+inline std::vector<Trace> trace_wave(SteppedWave& wave, const std::vector<double>& radii,
+                                     double end) {
   struct History {
     std::vector<double> t, p;
   };

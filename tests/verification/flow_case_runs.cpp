@@ -1,5 +1,8 @@
-// Whole runs of the program from a case text: boundaries by their keys against exact answers, and what
-// a failed step leaves behind.
+// Whole runs of the program from a case text: boundaries by their keys against exact answers, and
+// what a failed step leaves behind.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -8,9 +11,6 @@
 #include <sstream>
 #include <string>
 #include <vector>
-
-#include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "flow_solver/io/run.hpp"
 
@@ -34,7 +34,8 @@ gas_constant_J_per_kgK = 287.05
 
 class CaseRun : public ::testing::Test {
  protected:
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / ("ocublast_run_" + std::to_string(getpid()));
+  std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("ocublast_run_" + std::to_string(getpid()));
   void SetUp() override { std::filesystem::create_directories(folder_); }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
@@ -83,17 +84,20 @@ double shock_pressure(double u) {
 
 std::string tube(const std::string& x_min, double end, const std::string& viscosity = "none") {
   return "viscosity = \"" + viscosity + "\"\n[time]\nend_s = " + std::to_string(end) +
-         "\n[flow.grid.x]\nmin_m = 0.0\nmax_m = 1.0\nspacing_m = 0.005\n[flow.boundary]\nx_min = \"" + x_min +
-         "\"\nx_max = \"outflow\"\n";
+         "\n[flow.grid.x]\nmin_m = 0.0\nmax_m = 1.0\nspacing_m = 0.005\n[flow.boundary]\nx_min = "
+         "\"" +
+         x_min + "\"\nx_max = \"outflow\"\n";
 }
 const char* const probe = "[[flow.probe]]\nname = \"gas\"\nposition_m = [0.25, 0.0, 0.0]\n";
 
 TEST_F(CaseRun, SubsonicInflowDrivesTheShockOfItsSpeed) {
   ASSERT_EQ(run(tube("subsonic_inflow", 1.5e-3) +
-                "[flow.boundary.x_min_state]\nvelocity_m_s = [150.0, 0.0, 0.0]\n" + probe), 0);
+                "[flow.boundary.x_min_state]\nvelocity_m_s = [150.0, 0.0, 0.0]\n" + probe),
+            0);
   const auto v = last("probes.csv");
   const double p = v.at(overpressure) + p1, exact = shock_pressure(150.0);
-  std::printf("subsonic inflow 150 m/s: pressure %.1f Pa, exact %.1f, velocity %.3f m/s\n", p, exact, v.at(speed));
+  std::printf("subsonic inflow 150 m/s: pressure %.1f Pa, exact %.1f, velocity %.3f m/s\n", p,
+              exact, v.at(speed));
   // 200 cells. The jump at the start leaves a shallow acoustic trace behind the shock: 0.1 % of the
   // pressure, which is 2 % of rho c u here, so 0.3 % of the velocity.
   EXPECT_NEAR(p, exact, 1e-3 * exact);
@@ -102,7 +106,9 @@ TEST_F(CaseRun, SubsonicInflowDrivesTheShockOfItsSpeed) {
 
 TEST_F(CaseRun, ReservoirFillsATubeAsTheRiemannProblemSays) {
   constexpr double p0 = 2e5;
-  ASSERT_EQ(run(tube("reservoir", 1.5e-3) + "[flow.boundary.x_min_state]\npressure_Pa = 2.0e5\n" + probe), 0);
+  ASSERT_EQ(
+      run(tube("reservoir", 1.5e-3) + "[flow.boundary.x_min_state]\npressure_Pa = 2.0e5\n" + probe),
+      0);
   // Gas comes to the face at constant total enthalpy and entropy and drives a shock of the same
   // pressure and velocity (the contact between them keeps both).
   double low = 0.0, high = c1;
@@ -112,16 +118,19 @@ TEST_F(CaseRun, ReservoirFillsATubeAsTheRiemannProblemSays) {
   }
   const double u = 0.5 * (low + high), p = shock_pressure(u);
   const auto v = last("probes.csv");
-  std::printf("reservoir 2 bar: pressure %.1f Pa, exact %.1f; velocity %.3f m/s, exact %.3f\n", v.at(overpressure) + p1, p, v.at(speed), u);
+  std::printf("reservoir 2 bar: pressure %.1f Pa, exact %.1f; velocity %.3f m/s, exact %.3f\n",
+              v.at(overpressure) + p1, p, v.at(speed), u);
   EXPECT_NEAR(v.at(overpressure) + p1, p, 2e-3 * p);
   EXPECT_NEAR(v.at(speed), u, 2e-3 * u);
 }
 
 TEST_F(CaseRun, TableBringsItsTemperaturesInWithTheStream) {
   // Supersonic at 700 m/s; a temperature ramp from 300 to 360 K in 1 ms is carried along unchanged.
-  std::ofstream(folder_ / "inflow.csv") << "time_s,pressure_Pa,temperature_K,speed_m_s\n0,1e5,300,700\n1e-3,1e5,360,700\n";
+  std::ofstream(folder_ / "inflow.csv")
+      << "time_s,pressure_Pa,temperature_K,speed_m_s\n0,1e5,300,700\n1e-3,1e5,360,700\n";
   ASSERT_EQ(run(tube("supersonic_inflow", 1e-3) + "x_min_table = \"inflow.csv\"\n" +
-                "[flow.initial.state]\nvelocity_m_s = [700.0, 0.0, 0.0]\n" + probe), 0);
+                "[flow.initial.state]\nvelocity_m_s = [700.0, 0.0, 0.0]\n" + probe),
+            0);
   const auto v = last("probes.csv");
   const double exact = 300.0 + 60.0 * (1e-3 - 0.25 / 700.0) / 1e-3;
   const double T = (v.at(overpressure) + p1) / (v.at(rho) * R);
@@ -133,14 +142,18 @@ TEST_F(CaseRun, TableBringsItsTemperaturesInWithTheStream) {
 }
 
 TEST_F(CaseRun, PistonDrivesTheShockOfItsSpeed) {
-  ASSERT_EQ(run(tube("piston", 1.2e-3) + "[flow.boundary.x_min_piston]\nposition_m = 0.0537\nvelocity_m_s = 100.0\n" +
-                probe), 0);
+  ASSERT_EQ(
+      run(tube("piston", 1.2e-3) +
+          "[flow.boundary.x_min_piston]\nposition_m = 0.0537\nvelocity_m_s = 100.0\n" + probe),
+      0);
   const double exact = shock_pressure(100.0);
   const auto v = last("probes.csv"), force = last("globals.csv");
   // The slab's face has the area of the tube, 1 m^2 in one dimension, and the gas pushes it back.
   const double face = -force.at(column("globals.csv", "piston_x_min_force_x_N")) + p1;
-  std::printf("piston 100 m/s: pressure %.1f Pa and %.3f m/s at the probe, %.1f Pa at its face, exact %.1f\n", v.at(overpressure) + p1,
-              v.at(speed), face, exact);
+  std::printf(
+      "piston 100 m/s: pressure %.1f Pa and %.3f m/s at the probe, %.1f Pa at its face, exact "
+      "%.1f\n",
+      v.at(overpressure) + p1, v.at(speed), face, exact);
   EXPECT_NEAR(v.at(overpressure) + p1, exact, 1e-3 * exact);
   EXPECT_NEAR(v.at(speed), 100.0, 0.1);
   EXPECT_NEAR(face, exact, 1e-3 * exact);
@@ -148,27 +161,32 @@ TEST_F(CaseRun, PistonDrivesTheShockOfItsSpeed) {
 
 TEST_F(CaseRun, RefusesAChargeInABody) {
   ::testing::internal::CaptureStderr();
-  const int code = run(tube("piston", 1e-3) + "[flow.boundary.x_min_piston]\nposition_m = 0.1\n" +
-                       "[[flow.burst]]\nname = \"charge\"\ncenter_m = [0.05, 0.5, 0.5]\nradius_m = 0.02\n"
-                       "pressure_Pa = 1e6\ntemperature_K = 900.0\n");
+  const int code =
+      run(tube("piston", 1e-3) + "[flow.boundary.x_min_piston]\nposition_m = 0.1\n" +
+          "[[flow.burst]]\nname = \"charge\"\ncenter_m = [0.05, 0.5, 0.5]\nradius_m = 0.02\n"
+          "pressure_Pa = 1e6\ntemperature_K = 900.0\n");
   const std::string said = ::testing::internal::GetCapturedStderr();
   EXPECT_EQ(code, 2);
-  EXPECT_NE(said.find("flow.burst 'charge': its centre (0.05, 0.5, 0.5) m lies inside a body"), std::string::npos) << said;
+  EXPECT_NE(said.find("flow.burst 'charge': its centre (0.05, 0.5, 0.5) m lies inside a body"),
+            std::string::npos)
+      << said;
 }
 
 TEST_F(CaseRun, StopsAtAFailedStepWithACheckpointOfTheLastGoodOne) {
-  // First-order fluxes are positive up to a Courant number of 1 only: at 1.2, without any other help,
-  // a start with 1e13 Pa beside 1e5 Pa cannot be saved.
-  const std::string text = tube("outflow", 1e-3) +
-                           "[flow.initial]\nkind = \"riemann\"\naxis = \"x\"\nposition_m = 0.5\n"
-                           "[flow.initial.left]\npressure_Pa = 1.0e13\n[flow.initial.right]\n"
-                           "[flow.numerics]\ncfl_direction = 1.2\nfilter = false\nartificial_diffusivity = false\n";
+  // First-order fluxes are positive up to a Courant number of 1 only: at 1.2, without any other
+  // help, a start with 1e13 Pa beside 1e5 Pa cannot be saved.
+  const std::string text =
+      tube("outflow", 1e-3) +
+      "[flow.initial]\nkind = \"riemann\"\naxis = \"x\"\nposition_m = 0.5\n"
+      "[flow.initial.left]\npressure_Pa = 1.0e13\n[flow.initial.right]\n"
+      "[flow.numerics]\ncfl_direction = 1.2\nfilter = false\nartificial_diffusivity = false\n";
   ::testing::internal::CaptureStderr();
   const int code = run(text);
   const std::string said = ::testing::internal::GetCapturedStderr();
   std::printf("%s", said.c_str());
   ASSERT_EQ(code, 4);
-  for (const char* part : {"cell (", "position (", "t = ", "density", "pressure", "the last good step"}) {
+  for (const char* part :
+       {"cell (", "position (", "t = ", "density", "pressure", "the last good step"}) {
     EXPECT_NE(said.find(part), std::string::npos) << part;
   }
   const auto checkpoint = folder_ / "out" / "checkpoint";

@@ -1,8 +1,8 @@
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdio>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 #include "tests/unit/immersed_shapes.hpp"
 #include "tests/verification/flow_reflection.hpp"
@@ -15,8 +15,10 @@ TEST(CutLines, ReflectAShockAtEverySubCellPositionAndLetNothingThrough) {
     for (double offset : {0.05, 0.3, 0.55, 0.7, 0.95}) {
       for (double thickness : {20.3, 0.5}) {
         const Reflection r = reflect(mach, 0.6 + offset / 200, thickness / 200, 0);
-        std::printf("Ms %.1f, offset %.2f, thickness %4.1f h: p5 error %+.1e, peak %+.3f, leak %.1e, redone %d\n", mach,
-                    offset, thickness, r.plateau_error, r.peak, r.leak, r.redone);
+        std::printf(
+            "Ms %.1f, offset %.2f, thickness %4.1f h: p5 error %+.1e, peak %+.3f, leak %.1e, "
+            "redone %d\n",
+            mach, offset, thickness, r.plateau_error, r.peak, r.leak, r.redone);
         // Prototype: 7e-4 in front of plates of every thickness (Ms 1.5 and 3), 1e-15 behind.
         EXPECT_LT(std::abs(r.plateau_error), 2.5e-3);
         EXPECT_LT(r.leak, 1e-12);
@@ -29,13 +31,15 @@ TEST(CutLines, GiveTheSameAlongEveryDirection) {
   const Reflection x = reflect(2.0, 0.6018, 0.03, 0);
   for (int axis : {1, 2}) {
     const Reflection r = reflect(2.0, 0.6018, 0.03, axis);
-    std::printf("along %c: p5 error %+.3e (x %+.3e), leak %.1e\n", "xyz"[axis], r.plateau_error, x.plateau_error, r.leak);
+    std::printf("along %c: p5 error %+.3e (x %+.3e), leak %.1e\n", "xyz"[axis], r.plateau_error,
+                x.plateau_error, r.leak);
     EXPECT_NEAR(r.plateau_error, x.plateau_error, 1e-9);
     EXPECT_LT(r.leak, 1e-12);
   }
 }
 
-constexpr double short_filter = 0.38;  // its solve's root is 0.461 per node: the faces stay out of it
+constexpr double short_filter =
+    0.38;  // its solve's root is 0.461 per node: the faces stay out of it
 
 /// Pressures round two balls some steps after a burst in the middle, with the given far faces.
 std::vector<double> scattered(BoundaryKind far, Scheme scheme, bool filter) {
@@ -74,8 +78,8 @@ std::vector<double> scattered(BoundaryKind far, Scheme scheme, bool filter) {
 }
 
 TEST(CutLines, ScatterTheSameInTilesAndOneByOne) {
-  // With open faces the cut lines are solved by tiles (kernel_aligned.hpp), with mirrors one by one; the gas
-  // near the faces is still at rest.
+  // With open faces the cut lines are solved by tiles (kernel_aligned.hpp), with mirrors one by
+  // one; the gas near the faces is still at rest.
   for (const Scheme scheme : {Scheme::compact6, Scheme::compact8}) {
     for (const bool filter : {false, true}) {
       const std::vector<double> tiles = scattered(BoundaryKind::outflow, scheme, filter);
@@ -85,12 +89,12 @@ TEST(CutLines, ScatterTheSameInTilesAndOneByOne) {
         worst = std::max(worst, std::abs(tiles[i] - lines[i]));
         most = std::max(most, std::abs(tiles[i] - 1.0));
       }
-      std::printf("two balls, order %d%s: pressures differ by %.1e of %.2f\n", scheme == Scheme::compact8 ? 8 : 6,
-                  filter ? ", filtered" : "", worst, most);
+      std::printf("two balls, order %d%s: pressures differ by %.1e of %.2f\n",
+                  scheme == Scheme::compact8 ? 8 : 6, filter ? ", filtered" : "", worst, most);
       EXPECT_GT(most, 0.5);
-      // The burst's pressure, 4, reaches the faces some 22 nodes away with the root of the solve's matrix
-      // per node in each of 24 stages: 24 x 4 x 0.38^22, at eighth order 24 x 4 x 0.45^22; in six
-      // applications of the filter 6 x 4 x 0.461^22.
+      // The burst's pressure, 4, reaches the faces some 22 nodes away with the root of the solve's
+      // matrix per node in each of 24 stages: 24 x 4 x 0.38^22, at eighth order 24 x 4 x 0.45^22;
+      // in six applications of the filter 6 x 4 x 0.461^22.
       EXPECT_LT(worst, (scheme == Scheme::compact8 ? 2.3e-6 : 5.6e-8) + (filter ? 9.6e-7 : 0.0));
     }
   }
@@ -111,10 +115,13 @@ double immersed_shear_decay(int n) {
   Flow flow(g, faces, o);
   const double height = high - low, pi = std::acos(-1.0);
   const auto exact = [&](double y, double t) {
-    return amplitude * std::sin(pi * (y - low) / height) * std::exp(-nu * pi * pi / (height * height) * t);
+    return amplitude * std::sin(pi * (y - low) / height) *
+           std::exp(-nu * pi * pi / (height * height) * t);
   };
-  flow.set_state([&](double, double y, double) { return State{.rho = 1.0, .u = exact(y, 0.0), .p = 1.0}; });
-  const double below_lo[3] = {-1, -1, -1}, below_hi[3] = {2, low, 2}, above_lo[3] = {-1, high, -1}, above_hi[3] = {2, 2, 2};
+  flow.set_state(
+      [&](double, double y, double) { return State{.rho = 1.0, .u = exact(y, 0.0), .p = 1.0}; });
+  const double below_lo[3] = {-1, -1, -1}, below_hi[3] = {2, low, 2}, above_lo[3] = {-1, high, -1},
+               above_hi[3] = {2, 2, 2};
   std::vector<Body> bodies(2);
   bodies[0] = {.name = "below", .surface = make_box(below_lo, below_hi), .slip = WallSlip::no_slip};
   bodies[1] = {.name = "above", .surface = make_box(above_lo, above_hi), .slip = WallSlip::no_slip};
@@ -126,15 +133,17 @@ double immersed_shear_decay(int n) {
   double largest = 0.0;
   for (int j = 0; j < n; ++j) {
     const double y = g.axis[1].x(j);
-    if (y > low && y < high) largest = std::max(largest, std::abs(std::as_const(flow).primitives()(1, 3, j, 0) - exact(y, end)));
+    if (y > low && y < high)
+      largest =
+          std::max(largest, std::abs(std::as_const(flow).primitives()(1, 3, j, 0) - exact(y, end)));
   }
   return largest / amplitude;
 }
 
 TEST(CutLines, HoldShearBetweenImmersedNoSlipWalls) {
   const double coarse = immersed_shear_decay(24), fine = immersed_shear_decay(48);
-  std::printf("shear between immersed no-slip walls: error %.2e (24) -> %.2e (48), order %.2f\n", coarse, fine,
-              std::log2(coarse / fine));
+  std::printf("shear between immersed no-slip walls: error %.2e (24) -> %.2e (48), order %.2f\n",
+              coarse, fine, std::log2(coarse / fine));
   // Second order at the walls, in stress and in their ghosts: h = H/19 and H/38.
   EXPECT_LT(fine, 0.6 * coarse);
   EXPECT_LT(fine, 1e-2);

@@ -11,7 +11,8 @@ namespace ocublast::flow {
 /// capacities on both sides, no vacuum.
 class ExactRiemann {
  public:
-  ExactRiemann(const State& left, const State& right, double gamma) : l_(left), r_(right), g_(gamma) {
+  ExactRiemann(const State& left, const State& right, double gamma)
+      : l_(left), r_(right), g_(gamma) {
     double p = 0.5 * (l_.p + r_.p);
     for (int n = 0; n < 100; ++n) {
       const double f = side(p, l_) + side(p, r_) + r_.u - l_.u;

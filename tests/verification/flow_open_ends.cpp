@@ -1,10 +1,10 @@
 // What open ends send back: pulses and a spherical blast that leave the domain.
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdio>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 #include "flow_solver/boundary/open_ends.hpp"
 #include "tests/verification/flow_run.hpp"
@@ -46,7 +46,8 @@ State at_end(int i, int j, int k) {
 
 TEST(OpenEnds, GhostsAreTheCharacteristicState) {
   const int n = 21;  // the last vector of lines is not full
-  Flow flow(uniform_grid({n, n, n}, {0, 0, 0}, {1, 1, 1}), all_faces(BoundaryKind::outflow, quiet), unit_options());
+  Flow flow(uniform_grid({n, n, n}, {0, 0, 0}, {1, 1, 1}), all_faces(BoundaryKind::outflow, quiet),
+            unit_options());
   flow.set_state_by_index(at_end);
   flow.fill_domain_ghosts();
   const Gas gas = unit_options().gas;
@@ -62,8 +63,8 @@ TEST(OpenEnds, GhostsAreTheCharacteristicState) {
       at[axis == 0 ? 1 : 0] = q % n;
       at[axis == 2 ? 1 : 2] = q / n % n;
       at[axis] = low ? 0 : n - 1;
-      const NodeState wanted =
-          characteristic_state(gas, node(at[0], at[1], at[2]), node_state(gas, quiet), axis, low ? -1.0 : 1.0);
+      const NodeState wanted = characteristic_state(gas, node(at[0], at[1], at[2]),
+                                                    node_state(gas, quiet), axis, low ? -1.0 : 1.0);
       for (int layer = 1; layer <= n_ghost; ++layer) {
         at[axis] = low ? -layer : n - 1 + layer;
         const NodeState got = node(at[0], at[1], at[2]);
@@ -79,8 +80,9 @@ TEST(OpenEnds, GhostsAreTheCharacteristicState) {
 TEST(OpenEnds, SendLittleOfAPulseBack) {
   for (const double amplitude : {1e-3, 0.5}) {
     const double bare = residual(amplitude, 0), layer = residual(amplitude, 30);
-    std::printf("pulse of %.3g p0: characteristic end %.1e, with 30 cells of 10 %% %.1e of it comes back\n", amplitude,
-                bare, layer);
+    std::printf(
+        "pulse of %.3g p0: characteristic end %.1e, with 30 cells of 10 %% %.1e of it comes back\n",
+        amplitude, bare, layer);
     // Prototype: 1.5e-5 and 3.0e-2 bare, 3e-5 and 2.2e-3 (with an entropy trace) with the layer. An
     // outgoing simple wave keeps the incoming invariant, so that the condition is exact for it; the
     // second-order closure and the constant ghosts behind it remain.
@@ -119,8 +121,11 @@ TEST(OpenEnds, LetASphericalBlastGo) {
         error[with_layer] = std::max(error[with_layer], std::abs(cut[i] - whole[i]));
       }
     }
-    std::printf("spherical blast, boundary at 5 burst radii, t = %.1f: largest error of p %.3f (characteristic), "
-                "%.4f (and 30 cells of 10 %%)\n", end, error[0], error[1]);
+    std::printf(
+        "spherical blast, boundary at 5 burst radii, t = %.1f: largest error of p %.3f "
+        "(characteristic), "
+        "%.4f (and 30 cells of 10 %%)\n",
+        end, error[0], error[1]);
     // Prototype: 0.105 and 0.30 bare, 0.006 and 0.006 with the layer, in units of p0.
     EXPECT_LT(error[1], 0.012);
     EXPECT_LT(error[1], 0.2 * error[0]);

@@ -36,7 +36,8 @@ struct PrecisionRun {
   double (*free_stream)();  ///< largest relative change of a uniform stream on a stretched grid
   Rest (*rest)(int steps);  ///< of air at rest on a stretched grid with walls and open faces
   Conservation (*closed_box)();
-  /// Overpressure [Pa] by node of a plane pulse of the given part of ambient pressure that has run 150 cells.
+  /// Overpressure [Pa] by node of a plane pulse of the given part of ambient pressure that has run
+  /// 150 cells.
   std::vector<double> (*pulse)(double amplitude);
   double (*active_tolerance)(double asked);  ///< that a flow takes
 };

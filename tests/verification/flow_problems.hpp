@@ -30,8 +30,8 @@ inline Tube sod(int n, int axis, double cfl, double width = 0.5, FlowOptions o =
   if (axis != 0) cells[0] = 8;
   o.cfl = cfl;
   Boundaries faces = all_faces(BoundaryKind::symmetry);
-  // Across, cells four times as wide: much wider ones let the round-off across the tube grow, as the
-  // artificial bulk viscosity weighs differences by the square of the spacing.
+  // Across, cells four times as wide: much wider ones let the round-off across the tube grow, as
+  // the artificial bulk viscosity weighs differences by the square of the spacing.
   std::array<double, 3> low{-0.5, -0.5, -0.5}, high{0.5, 0.5, 0.5};
   const double h = 1.0 / n;
   if (axis != 0) {
@@ -58,9 +58,11 @@ inline Tube sod(int n, int axis, double cfl, double width = 0.5, FlowOptions o =
 /// Isentropic vortex in a periodic square after one period: mean of |rho - exact|.
 inline double vortex(int n, FlowOptions o) {
   constexpr double strength = 5.0, gamma = 1.4;
-  Flow flow(uniform_grid({n, n, 1}, {-5, -5, 0}, {5, 5, 1}, true), all_faces(BoundaryKind::periodic), o);
+  Flow flow(uniform_grid({n, n, 1}, {-5, -5, 0}, {5, 5, 1}, true),
+            all_faces(BoundaryKind::periodic), o);
   const auto state = [&](double x, double y) {
-    const double r2 = x * x + y * y, f = strength / (2.0 * std::numbers::pi) * std::exp(0.5 * (1.0 - r2));
+    const double r2 = x * x + y * y,
+                 f = strength / (2.0 * std::numbers::pi) * std::exp(0.5 * (1.0 - r2));
     const double T = 1.0 - (gamma - 1.0) / (2.0 * gamma) * f * f;
     const double rho = std::pow(T, 1.0 / (gamma - 1.0));
     return State{.rho = rho, .u = 1.0 - y * f, .v = 1.0 + x * f, .p = rho * T};
@@ -71,7 +73,9 @@ inline double vortex(int n, FlowOptions o) {
   double error = 0.0;
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
-      error += std::abs(W(0, i, j, 0) - state(flow.grid().axis[0].x(i), flow.grid().axis[1].x(j)).rho) / (n * n);
+      error +=
+          std::abs(W(0, i, j, 0) - state(flow.grid().axis[0].x(i), flow.grid().axis[1].x(j)).rho) /
+          (n * n);
     }
   }
   return error;
@@ -97,7 +101,8 @@ class Reference {
     faces[0].kind = BoundaryKind::symmetry;
     Flow flow(g, faces, o);
     flow.set_state([&](double r, double, double) {
-      return r < burst.radius ? State{.rho = burst.density, .p = burst.pressure} : State{.rho = 1.0, .p = 1.0};
+      return r < burst.radius ? State{.rho = burst.density, .p = burst.pressure}
+                              : State{.rho = 1.0, .p = 1.0};
     });
     run_to(flow, burst.end);
     const auto W = std::as_const(flow).primitives();
@@ -124,7 +129,8 @@ struct BlastResult {
 };
 
 /// An eighth of the cube [-1, 1]^3 on n^3 nodes: N = 2 n cells per side of the whole.
-inline BlastResult blast(const BurstProblem& burst, const Reference& reference, int n, FlowOptions o = unit_options()) {
+inline BlastResult blast(const BurstProblem& burst, const Reference& reference, int n,
+                         FlowOptions o = unit_options()) {
   Boundaries faces = all_faces(BoundaryKind::symmetry);
   for (std::size_t f : {1U, 3U, 5U}) {
     faces[f].kind = BoundaryKind::outflow;
@@ -154,7 +160,8 @@ inline BlastResult blast(const BurstProblem& burst, const Reference& reference, 
         double mean = 0.0;
         for (int q = 0; q < 27; ++q) {
           mean += reference.at(h * std::hypot(i + (q % 3 + 0.5) / 3.0, j + (q / 3 % 3 + 0.5) / 3.0,
-                                              k + (q / 9 + 0.5) / 3.0)) / 27.0;
+                                              k + (q / 9 + 0.5) / 3.0)) /
+                  27.0;
         }
         out.average += std::abs(p - mean);
       }

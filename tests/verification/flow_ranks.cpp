@@ -1,7 +1,8 @@
-// The flow on two and four ranks gives what one rank gives, block by block: fluxes at the borders are
-// exact but for weights below 1e-15 and the order of additions.
+// The flow on two and four ranks gives what one rank gives, block by block: fluxes at the borders
+// are exact but for weights below 1e-15 and the order of additions.
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,8 +14,6 @@
 #include <utility>
 #include <vector>
 
-#include <unistd.h>
-
 #include "coupler/base/hdf5_file.hpp"
 #include "tests/support/mpirun.hpp"
 
@@ -22,9 +21,10 @@ namespace ocublast::test {
 namespace {
 
 const std::string program = FLOW_RANKS_RUN;
-constexpr std::size_t n_head = 14;  ///< time, redone steps, marked nodes, mass, energy; what walls feel
-// The bound. Rounding alone (1e-16 per operation, some 30 solves a step, ten steps, amplified by
-// no instability in so short a time) stays below 1e-13; 3e-15 is measured.
+constexpr std::size_t n_head =
+    14;  ///< time, redone steps, marked nodes, mass, energy; what walls feel
+// The bound. Rounding alone (1e-16 per operation, some 30 solves a step, ten steps,
+// amplified by no instability in so short a time) stays below 1e-13; 3e-15 is measured.
 constexpr double bound = 1e-12;
 
 struct Split {
@@ -43,8 +43,9 @@ std::string place(const std::string& name) {
 /// The state at the end; `more`: what to do with a checkpoint.
 std::vector<double> run(const Split& s, int& code, const std::string& more = "") {
   const std::string file = place(s.problem);
-  const std::string command = program + " " + s.problem + " " + std::to_string(s.x) + " " + std::to_string(s.y) + " " +
-                              std::to_string(s.z) + " " + std::to_string(s.steps) + " " + file + " " + more;
+  const std::string command = program + " " + s.problem + " " + std::to_string(s.x) + " " +
+                              std::to_string(s.y) + " " + std::to_string(s.z) + " " +
+                              std::to_string(s.steps) + " " + file + " " + more;
   const int n = s.x * s.y * s.z;
   const Outcome outcome = n == 1 ? run_command(command) : run_ranks(n, command);
   code = outcome.code;
@@ -52,7 +53,8 @@ std::vector<double> run(const Split& s, int& code, const std::string& more = "")
   std::ifstream in(file, std::ios::binary | std::ios::ate);
   std::vector<double> out(in ? static_cast<std::size_t>(in.tellg()) / sizeof(double) : 0);
   in.seekg(0);
-  in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size() * sizeof(double)));
+  in.read(reinterpret_cast<char*>(out.data()),
+          static_cast<std::streamsize>(out.size() * sizeof(double)));
   std::remove(file.c_str());
   return out;
 }
@@ -95,23 +97,27 @@ TEST_P(FlowOnRanks, AgreesWithOneRank) {
   ASSERT_NO_FATAL_FAILURE(run_both(split, one, many));
   for (const std::size_t h : {0u, 3u, 4u}) EXPECT_NEAR(many[h], one[h], bound * std::abs(one[h]));
   const double worst = difference(one, many);
-  std::printf("  largest relative difference %.1e, %g steps redone, %g marked\n", worst, one[1], one[2]);
+  std::printf("  largest relative difference %.1e, %g steps redone, %g marked\n", worst, one[1],
+              one[2]);
   EXPECT_LE(worst, bound);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Blocks, FlowOnRanks,
-    ::testing::Values(Split{"line", 2, 1, 1, 20}, Split{"line", 4, 1, 1, 20}, Split{"line_c8", 4, 1, 1, 20},
-                      Split{"sod_x", 2, 1, 1, 15}, Split{"sod_y", 1, 2, 1, 15}, Split{"sod_z", 1, 1, 2, 15},
-                      Split{"sod_z", 1, 1, 4, 15}, Split{"sod_y_c8", 1, 4, 1, 10}, Split{"blast", 1, 1, 2, 8},
-                      Split{"blast", 2, 2, 1, 8}, Split{"blast_nofilter", 1, 2, 2, 6}, Split{"blast_c8", 2, 1, 2, 6},
+    ::testing::Values(Split{"line", 2, 1, 1, 20}, Split{"line", 4, 1, 1, 20},
+                      Split{"line_c8", 4, 1, 1, 20}, Split{"sod_x", 2, 1, 1, 15},
+                      Split{"sod_y", 1, 2, 1, 15}, Split{"sod_z", 1, 1, 2, 15},
+                      Split{"sod_z", 1, 1, 4, 15}, Split{"sod_y_c8", 1, 4, 1, 10},
+                      Split{"blast", 1, 1, 2, 8}, Split{"blast", 2, 2, 1, 8},
+                      Split{"blast_nofilter", 1, 2, 2, 6}, Split{"blast_c8", 2, 1, 2, 6},
                       Split{"strong_blast", 2, 1, 2, 6}, Split{"stretched_blast", 2, 1, 1, 6},
                       Split{"stretched_blast", 1, 1, 4, 6}, Split{"blast_paper", 1, 2, 2, 5},
                       Split{"taylor_green", 1, 1, 2, 5}, Split{"taylor_green_c8", 2, 2, 1, 5},
                       Split{"channel", 1, 2, 2, 5}));
 
-/// Bodies across the borders. What walls feel is compared in units of the gas pressure (1): forces and
-/// moments are sums over some hundred facets, the pressures at the vertices are summed up likewise.
+/// Bodies across the borders. What walls feel is compared in units of the gas pressure (1): forces
+/// and moments are sums over some hundred facets, the pressures at the vertices are summed up
+/// likewise.
 void expect_bodies_agree(const Split& split, double fields_bound, double walls_bound) {
   std::vector<double> one, many;
   ASSERT_NO_FATAL_FAILURE(run_both(split, one, many));
@@ -122,7 +128,8 @@ void expect_bodies_agree(const Split& split, double fields_bound, double walls_b
     const double scale = h == 11 ? std::max(1.0, std::abs(one[11])) : std::max(1.0, one[12]);
     walls = std::max(walls, std::abs(one[h] - many[h]) / scale);
   }
-  std::printf("  largest relative difference %.1e, at the walls %.1e, %g marked\n", worst, walls, one[2]);
+  std::printf("  largest relative difference %.1e, at the walls %.1e, %g marked\n", worst, walls,
+              one[2]);
   EXPECT_GT(std::abs(one[5]), 1e-3) << "the shock has not reached the body";
   EXPECT_LE(worst, fields_bound);
   EXPECT_LE(walls, walls_bound);
@@ -130,23 +137,28 @@ void expect_bodies_agree(const Split& split, double fields_bound, double walls_b
 
 class BodiesOnRanks : public ::testing::TestWithParam<Split> {};
 
-TEST_P(BodiesOnRanks, FeelWhatTheyFeelOnOneRank) { expect_bodies_agree(GetParam(), bound, bound); }
+TEST_P(BodiesOnRanks, FeelWhatTheyFeelOnOneRank) {
+  expect_bodies_agree(GetParam(), bound, bound);
+}
 
-INSTANTIATE_TEST_SUITE_P(Blocks, BodiesOnRanks,
-                         ::testing::Values(Split{"cylinder", 2, 1, 1, 40}, Split{"cylinder_c8", 2, 2, 1, 40},
-                                           Split{"plate", 2, 2, 1, 50},
-                                           Split{"overlap", 2, 2, 1, 50}, Split{"sphere", 1, 1, 2, 14},
-                                           Split{"sphere", 2, 2, 1, 14}));
+INSTANTIATE_TEST_SUITE_P(
+    Blocks, BodiesOnRanks,
+    ::testing::Values(Split{"cylinder", 2, 1, 1, 40}, Split{"cylinder_c8", 2, 2, 1, 40},
+                      Split{"plate", 2, 2, 1, 50}, Split{"overlap", 2, 2, 1, 50},
+                      Split{"sphere", 1, 1, 2, 14}, Split{"sphere", 2, 2, 1, 14}));
 
 class MovingBodiesOnRanks : public ::testing::TestWithParam<Split> {};
 
-// Where walls move, an image drops corners whose weight falls below 1e-13 and walls count nodes as in front
-// to 1e-9 of a cell: rounding that tips such a choice is worth some 1e-13 of the gas's state each time, and
-// the wall meets some ten such choices in a run. 2e-12 is measured.
-TEST_P(MovingBodiesOnRanks, CrossTheBorders) { expect_bodies_agree(GetParam(), 1e-11, 1e-11); }
+// Where walls move, an image drops corners whose weight falls below 1e-13 and walls count nodes as
+// in front to 1e-9 of a cell: rounding that tips such a choice is worth some 1e-13 of the gas's
+// state each time, and the wall meets some ten such choices in a run. 2e-12 is measured.
+TEST_P(MovingBodiesOnRanks, CrossTheBorders) {
+  expect_bodies_agree(GetParam(), 1e-11, 1e-11);
+}
 
 INSTANTIATE_TEST_SUITE_P(Blocks, MovingBodiesOnRanks,
-                         ::testing::Values(Split{"moving", 2, 2, 1, 60}, Split{"moving_plate", 2, 1, 1, 60}));
+                         ::testing::Values(Split{"moving", 2, 2, 1, 60},
+                                           Split{"moving_plate", 2, 1, 1, 60}));
 
 TEST(BodiesOnRanksAgain, GoOnFromACheckpointOfAnyNumberOfRanks) {
   int code = 0;
@@ -159,7 +171,8 @@ TEST(BodiesOnRanksAgain, GoOnFromACheckpointOfAnyNumberOfRanks) {
     for (const auto& [x, y] : {std::pair{1, 1}, std::pair{2, 2}}) {
       const auto rest = run({"moving", x, y, 1, 20}, code, "resume " + folder);
       ASSERT_EQ(code, 0);
-      EXPECT_LE(difference(whole, rest), n * x * y == 1 ? 0.0 : 1e-11) << n << " then " << x * y << " ranks";
+      EXPECT_LE(difference(whole, rest), n * x * y == 1 ? 0.0 : 1e-11)
+          << n << " then " << x * y << " ranks";
     }
   }
   std::filesystem::remove_all(folder);
@@ -177,7 +190,8 @@ TEST(FlowOnRanks, MarksAndRedoesAcrossBorders) {
 TEST(FlowOnRanks, RefusesBlocksShorterThanTheStencils) {
   const auto outcome = run_ranks(4, program + " short_line 4 1 1 1 none");
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.output.find("4 ranks cannot share 20 x 1 x 1 nodes"), std::string::npos) << outcome.output;
+  EXPECT_NE(outcome.output.find("4 ranks cannot share 20 x 1 x 1 nodes"), std::string::npos)
+      << outcome.output;
   EXPECT_NE(outcome.output.find("at least 8 nodes"), std::string::npos);
 }
 
@@ -194,7 +208,8 @@ TEST(FlowOnRanks, GoOnFromACheckpointOfAnyNumberOfRanks) {
       ASSERT_EQ(code, 0);
       ASSERT_EQ(rest.size(), whole.size());
       EXPECT_EQ(first[1] + rest[1], whole[1]) << "redone steps";
-      EXPECT_LE(difference(whole, rest), n == 1 && y * z == 1 ? 0.0 : bound) << n << " then " << y * z << " ranks";
+      EXPECT_LE(difference(whole, rest), n == 1 && y * z == 1 ? 0.0 : bound)
+          << n << " then " << y * z << " ranks";
     }
   }
   std::filesystem::remove_all(folder);
@@ -273,7 +288,8 @@ class ProgramOnRanks : public ::testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
   Outcome run_case(int n, const std::string& text, const std::string& options = "") {
     std::ofstream(folder_ / "case.toml") << text;
-    const std::string command = std::string(FLOW_SOLVER) + " " + (folder_ / "case.toml").string() + " --quiet --threads 1 --out " +
+    const std::string command = std::string(FLOW_SOLVER) + " " + (folder_ / "case.toml").string() +
+                                " --quiet --threads 1 --out " +
                                 (folder_ / std::to_string(n)).string() + " " + options;
     return n == 1 ? run_command(command) : run_ranks(n, command);
   }
@@ -299,11 +315,13 @@ TEST_F(ProgramOnRanks, WritesTheSameProbesTotalsAndFields) {
       ASSERT_EQ(one.size(), many.size());
       ASSERT_GE(one.size(), 6u);
       // Nine digits are written, see below; velocities across the tube may be nothing but rounding.
-      for (std::size_t c = 0; c < one.size(); ++c) EXPECT_NEAR(many[c], one[c], 1.01e-8 * std::abs(one[c]) + 1e-9) << table << ' ' << c;
+      for (std::size_t c = 0; c < one.size(); ++c)
+        EXPECT_NEAR(many[c], one[c], 1.01e-8 * std::abs(one[c]) + 1e-9) << table << ' ' << c;
     }
     for (const char* field : {"density", "velocity", "overpressure"}) {
       const auto read = [&](int ranks) {
-        return Hdf5File::open(folder_ / std::to_string(ranks) / "flow" / "0002.h5").read<float>(field);
+        return Hdf5File::open(folder_ / std::to_string(ranks) / "flow" / "0002.h5")
+            .read<float>(field);
       };
       const auto one = read(1), many = read(n);
       ASSERT_EQ(one.size(), many.size());
@@ -320,14 +338,17 @@ TEST_F(ProgramOnRanks, WritesTheSameProbesTotalsAndFields) {
 }
 
 TEST_F(ProgramOnRanks, FailsWithOneMessageAndACheckpointForAnyNumberOfRanks) {
-  // As in test_flow_case_runs: at a Courant number of 1.2 nothing saves a start with 1e13 Pa beside 1e5 Pa.
+  // As in test_flow_case_runs: at a Courant number of 1.2 nothing saves a start with 1e13 Pa beside
+  // 1e5 Pa.
   std::string text = tube_case;
   text.erase(text.find("[flow.grid.y]"));
-  text += "[flow.boundary]\nx_min = \"outflow\"\nx_max = \"outflow\"\n"
-          "[flow.initial]\nkind = \"riemann\"\naxis = \"x\"\nposition_m = 0.1\n"
-          "[flow.initial.left]\npressure_Pa = 1.0e13\n[flow.initial.right]\n"
-          "[flow.numerics]\ncfl_direction = 1.2\nfilter = false\nartificial_diffusivity = false\n";
-  const std::string finer = "--set flow.grid.x.spacing_m=0.001 --set time.end_s=1e-3 --set ambient.pressure_Pa=1e5 ";
+  text +=
+      "[flow.boundary]\nx_min = \"outflow\"\nx_max = \"outflow\"\n"
+      "[flow.initial]\nkind = \"riemann\"\naxis = \"x\"\nposition_m = 0.1\n"
+      "[flow.initial.left]\npressure_Pa = 1.0e13\n[flow.initial.right]\n"
+      "[flow.numerics]\ncfl_direction = 1.2\nfilter = false\nartificial_diffusivity = false\n";
+  const std::string finer =
+      "--set flow.grid.x.spacing_m=0.001 --set time.end_s=1e-3 --set ambient.pressure_Pa=1e5 ";
   const auto first = run_case(2, text, finer);
   EXPECT_EQ(first.code, 4) << first.output;
   EXPECT_EQ(count(first.output, "computation failed"), 1) << first.output;
@@ -345,7 +366,8 @@ TEST_F(ProgramOnRanks, FailsWithOneMessageAndACheckpointForAnyNumberOfRanks) {
 /// The tube closed by a piston; `more` for [flow.gas].
 std::string with_piston(std::string text) {
   const std::string open = "z_max = \"outflow\"\n";
-  text.replace(text.find(open), open.size(), "z_max = \"piston\"\n[flow.boundary.z_max_piston]\nposition_m = 0.35\n");
+  text.replace(text.find(open), open.size(),
+               "z_max = \"piston\"\n[flow.boundary.z_max_piston]\nposition_m = 0.35\n");
   return text;
 }
 
@@ -358,8 +380,8 @@ TEST_F(ProgramOnRanks, WritesTheSameLoadsOfBodies) {
   ASSERT_EQ(one.size(), many.size());
   ASSERT_GE(one.size(), 14u);
   double largest = 0.0;
-  // Nine digits are written of everything: the last one may differ, one part in 1e8 of a leading 1. What
-  // vanishes by symmetry is rounding of the largest, the moment.
+  // Nine digits are written of everything: the last one may differ, one part in 1e8 of a leading 1.
+  // What vanishes by symmetry is rounding of the largest, the moment.
   for (const double x : one) largest = std::max(largest, std::abs(x));
   for (std::size_t c = 0; c < one.size(); ++c)
     EXPECT_NEAR(many[c], one[c], 1.01e-8 * std::abs(one[c]) + 1e-12 * largest) << c;

@@ -1,6 +1,7 @@
-// Runs one of the problems below on one rank or, under mpirun, on several, and writes the state of the
-// whole grid at its end to a file, as doubles [field, k, j, i] behind the totals and what the walls feel.
-// Usage: flow_ranks_run PROBLEM BLOCKS_X BLOCKS_Y BLOCKS_Z STEPS FILE [save|resume FOLDER]
+// Runs one of the problems below on one rank or, under mpirun, on several, and writes the state of
+// the whole grid at its end to a file, as doubles [field, k, j, i] behind the totals and what the
+// walls feel. Usage: flow_ranks_run PROBLEM BLOCKS_X BLOCKS_Y BLOCKS_Z STEPS FILE [save|resume
+// FOLDER]
 
 #include <algorithm>
 #include <cmath>
@@ -37,7 +38,9 @@ struct Problem {
 
 constexpr double pi = std::numbers::pi;
 
-Boundaries all_of(const Boundary& b) { return {b, b, b, b, b, b}; }
+Boundaries all_of(const Boundary& b) {
+  return {b, b, b, b, b, b};
+}
 
 /// Sod's tube along one axis of a bar (of a line where only x is present).
 Problem sod(std::size_t axis, bool line) {
@@ -55,13 +58,19 @@ Problem sod(std::size_t axis, bool line) {
   return p;
 }
 
-/// A burst off the centre between a wall, planes of symmetry and open faces; the pressure ratio sets how
-/// many nodes are marked and steps redone.
+/// A burst off the centre between a wall, planes of symmetry and open faces; the pressure ratio
+/// sets how many nodes are marked and steps redone.
 Problem blast(double pressure, bool stretched) {
   Problem p;
   for (std::size_t a = 0; a < 3; ++a) {
-    p.grid.axis[a] = stretched ? make_axis({.min = -1.0, .max = 1.0, .spacing = 0.1, .refined = true, .zone_min = -0.3,
-                                            .zone_max = 0.3, .zone_spacing = 0.04, .growth = 1.15})
+    p.grid.axis[a] = stretched ? make_axis({.min = -1.0,
+                                            .max = 1.0,
+                                            .spacing = 0.1,
+                                            .refined = true,
+                                            .zone_min = -0.3,
+                                            .zone_max = 0.3,
+                                            .zone_spacing = 0.04,
+                                            .growth = 1.15})
                                : make_uniform_axis(-1.0, 1.0, 36);
   }
   p.boundaries = all_of({.kind = BoundaryKind::outflow, .state = {}});
@@ -70,26 +79,32 @@ Problem blast(double pressure, bool stretched) {
   p.boundaries[3].wall = {.slip = true};
   p.boundaries[4].kind = BoundaryKind::symmetry;
   p.start = [pressure](double x, double y, double z) {
-    const double r = std::sqrt((x - 0.1) * (x - 0.1) + (y + 0.05) * (y + 0.05) + (z - 0.02) * (z - 0.02));
+    const double r =
+        std::sqrt((x - 0.1) * (x - 0.1) + (y + 0.05) * (y + 0.05) + (z - 0.02) * (z - 0.02));
     const double part = 0.5 * (1.0 - std::tanh((r - 0.3) / 0.03));
     return State{.rho = 1.0, .u = 0.01, .p = 1.0 + (pressure - 1.0) * part};
   };
   return p;
 }
 
-/// Viscous Taylor-Green vortex at Mach 0.3, Reynolds number 100, periodic or between no-slip walls in y.
+/// Viscous Taylor-Green vortex at Mach 0.3, Reynolds number 100, periodic or between no-slip walls
+/// in y.
 Problem taylor_green(bool walls) {
   Problem p;
-  for (std::size_t a = 0; a < 3; ++a) p.grid.axis[a] = make_uniform_axis(0.0, 2.0 * pi, 32, !(walls && a == 1));
+  for (std::size_t a = 0; a < 3; ++a)
+    p.grid.axis[a] = make_uniform_axis(0.0, 2.0 * pi, 32, !(walls && a == 1));
   p.boundaries = all_of({.kind = BoundaryKind::periodic});
-  if (walls) p.boundaries[2] = p.boundaries[3] = {.kind = BoundaryKind::wall, .wall = {.temperature = 1.0}};
+  if (walls)
+    p.boundaries[2] = p.boundaries[3] = {.kind = BoundaryKind::wall, .wall = {.temperature = 1.0}};
   p.options.viscosity = Viscosity::constant;
   p.options.dynamic_viscosity = 0.01;
   const double p0 = 1.0 / (1.4 * 0.09);
   p.options.gas.gas_constant = p0;
   p.start = [p0](double x, double y, double z) {
     const double over = (std::cos(2.0 * x) + std::cos(2.0 * y)) * (std::cos(2.0 * z) + 2.0) / 16.0;
-    return State{.rho = 1.0, .u = std::sin(x) * std::cos(y) * std::cos(z), .v = -std::cos(x) * std::sin(y) * std::cos(z),
+    return State{.rho = 1.0,
+                 .u = std::sin(x) * std::cos(y) * std::cos(z),
+                 .v = -std::cos(x) * std::sin(y) * std::cos(z),
                  .p = p0 + over};
   };
   return p;
@@ -105,7 +120,9 @@ Problem shock_on(std::vector<Body> bodies, int n_x, int n_y, int n_z, double Ms 
   p.boundaries[0] = {.kind = BoundaryKind::fixed_state, .state = behind};
   p.boundaries[1] = {.kind = BoundaryKind::outflow, .state = {.rho = 1.0, .p = 1.0}};
   const double h = 1.0 / n_y;
-  p.start = [=](double x, double, double) { return flow::testing::shock_state(x - 0.3, h, behind); };
+  p.start = [=](double x, double, double) {
+    return flow::testing::shock_state(x - 0.3, h, behind);
+  };
   p.bodies = std::move(bodies);
   return p;
 }
@@ -116,11 +133,15 @@ Body body_of(BodySurface surface, bool moves = false) {
 
 Problem bodies_problem(const std::string& name) {
   using namespace flow::testing;
-  if (name == "cylinder") return shock_on({body_of(make_cylinder(0.66, 0.51, 0.17, 80))}, 64, 48, 1);
-  if (name == "sphere") return shock_on({body_of(make_sphere({0.62, 0.51, 0.49}, 0.2, 4))}, 40, 32, 32);
-  if (name == "plate") return shock_on({body_of(make_box({0.655, 0.2, -1.0}, {0.661, 0.8, 2.0}, 16))}, 64, 48, 1, 2.5);
+  if (name == "cylinder")
+    return shock_on({body_of(make_cylinder(0.66, 0.51, 0.17, 80))}, 64, 48, 1);
+  if (name == "sphere")
+    return shock_on({body_of(make_sphere({0.62, 0.51, 0.49}, 0.2, 4))}, 40, 32, 32);
+  if (name == "plate")
+    return shock_on({body_of(make_box({0.655, 0.2, -1.0}, {0.661, 0.8, 2.0}, 16))}, 64, 48, 1, 2.5);
   if (name == "overlap") {
-    return shock_on({body_of(make_cylinder(0.62, 0.5, 0.12, 60)), body_of(make_box({0.7, 0.4, -1}, {0.9, 0.9, 2}, 20))},
+    return shock_on({body_of(make_cylinder(0.62, 0.5, 0.12, 60)),
+                     body_of(make_box({0.7, 0.4, -1}, {0.9, 0.9, 2}, 20))},
                     64, 48, 1);
   }
   if (name == "moving") {
@@ -129,7 +150,8 @@ Problem bodies_problem(const std::string& name) {
     return p;
   }
   if (name == "moving_plate") {
-    Problem p = shock_on({body_of(make_box({0.655, 0.2, -1.0}, {0.661, 0.8, 2.0}, 12), true)}, 64, 48, 1);
+    Problem p =
+        shock_on({body_of(make_box({0.655, 0.2, -1.0}, {0.661, 0.8, 2.0}, 12), true)}, 64, 48, 1);
     p.shift = [](double t) { return 0.3 * t; };
     return p;
   }
@@ -152,24 +174,34 @@ Problem make_problem(std::string name) {
   };
   const bool eighth = has("_c8"), paper = has("_paper"), plain = has("_nofilter");
   Problem p;
-  if (name == "line") p = sod(0, true);
-  else if (name == "sod_x") p = sod(0, false);
-  else if (name == "sod_y") p = sod(1, false);
-  else if (name == "sod_z") p = sod(2, false);
-  else if (name == "blast") p = blast(20.0, false);
-  else if (name == "strong_blast") p = blast(2000.0, false);
-  else if (name == "stretched_blast") p = blast(20.0, true);
-  else if (name == "taylor_green") p = taylor_green(false);
-  else if (name == "channel") p = taylor_green(true);
-  else if (name == "short_line") p = short_line();
+  if (name == "line")
+    p = sod(0, true);
+  else if (name == "sod_x")
+    p = sod(0, false);
+  else if (name == "sod_y")
+    p = sod(1, false);
+  else if (name == "sod_z")
+    p = sod(2, false);
+  else if (name == "blast")
+    p = blast(20.0, false);
+  else if (name == "strong_blast")
+    p = blast(2000.0, false);
+  else if (name == "stretched_blast")
+    p = blast(20.0, true);
+  else if (name == "taylor_green")
+    p = taylor_green(false);
+  else if (name == "channel")
+    p = taylor_green(true);
+  else if (name == "short_line")
+    p = short_line();
   else if (name == "hopeless") {  // a step that no first-order flux can save
     p = sod(2, false);
     p.step_factor = 30.0;
   } else if (name == "vacuum") {  // in the last block only
     p = sod(2, false);
     p.start = [](double, double, double z) { return State{.rho = z > 0.9 ? 0.0 : 1.0}; };
-  }
-  else p = bodies_problem(name);
+  } else
+    p = bodies_problem(name);
   if (eighth) p.options.scheme = Scheme::compact8;
   if (paper) p.options.diffusivity_form = DiffusivityForm::paper;
   if (plain) p.options.filter = false;
@@ -191,7 +223,8 @@ void move_bodies(const Problem& p, ImmersedBoundary& walls, double t, double dt)
   }
 }
 
-/// Force and moment on the first body, sum and maximum of the pressure at its vertices, gas beside walls.
+/// Force and moment on the first body, sum and maximum of the pressure at its vertices, gas beside
+/// walls.
 std::vector<double> what_walls_feel(const Flow& flow, const ImmersedBoundary* walls) {
   std::vector<double> felt(9, 0.0);
   if (walls == nullptr) return felt;
@@ -210,13 +243,15 @@ std::vector<double> what_walls_feel(const Flow& flow, const ImmersedBoundary* wa
 
 int run(const Ranks& ranks, int argc, char** argv) {
   Problem p = make_problem(argv[1]);
-  if (!ranks.alone()) p.options.rank_blocks = {std::atoi(argv[2]), std::atoi(argv[3]), std::atoi(argv[4])};
+  if (!ranks.alone())
+    p.options.rank_blocks = {std::atoi(argv[2]), std::atoi(argv[3]), std::atoi(argv[4])};
   Flow flow(p.grid, p.boundaries, p.options, &ranks);
   flow.set_state(p.start);
   double t = 0.0;
   std::unique_ptr<ImmersedBoundary> walls;
   if (!p.bodies.empty()) {
-    walls = std::make_unique<ImmersedBoundary>(flow.grid(), p.options.gas, p.bodies, ImmersedOptions{});
+    walls =
+        std::make_unique<ImmersedBoundary>(flow.grid(), p.options.gas, p.bodies, ImmersedOptions{});
     walls->share(ranks, flow.owned_by_rank());
   }
   Probes probes(flow.grid(), p.options.gas, {}, 0.0);
@@ -250,7 +285,8 @@ int run(const Ranks& ranks, int argc, char** argv) {
   }
   const Totals totals = flow.totals();
   const auto W = std::as_const(flow).primitives();
-  std::vector<double> out{t, static_cast<double>(redone), static_cast<double>(marked), totals.mass, totals.energy};
+  std::vector<double> out{t, static_cast<double>(redone), static_cast<double>(marked), totals.mass,
+                          totals.energy};
   const std::vector<double> felt = what_walls_feel(flow, walls.get());
   out.insert(out.end(), felt.begin(), felt.end());
   for (int f = 0; f < n_primitive; ++f) {
@@ -260,7 +296,8 @@ int run(const Ranks& ranks, int argc, char** argv) {
   }
   if (!ranks.root()) return 0;
   std::ofstream file(argv[6], std::ios::binary);
-  file.write(reinterpret_cast<const char*>(out.data()), static_cast<std::streamsize>(out.size() * sizeof(double)));
+  file.write(reinterpret_cast<const char*>(out.data()),
+             static_cast<std::streamsize>(out.size() * sizeof(double)));
   return file ? 0 : 1;
 }
 

@@ -17,7 +17,8 @@ inline BodySurface make_box(const double lo[3], const double hi[3]) {
   for (int c = 0; c < 8; ++c) {
     for (int a = 0; a < 3; ++a) s.vertices.push_back(((c >> a) & 1) != 0 ? hi[a] : lo[a]);
   }
-  const std::int32_t quads[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+  const std::int32_t quads[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                    {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
   for (const auto& q : quads) {
     for (int v : {0, 1, 2, 0, 2, 3}) s.triangles.push_back(q[v]);
   }
@@ -31,8 +32,8 @@ struct Reflection {
   int redone = 0;
 };
 
-/// Shock of the given Mach number against an immersed slab that spans the channel; the gas behind it
-/// must stay at rest. `axis`: direction of the shock.
+/// Shock of the given Mach number against an immersed slab that spans the channel; the gas behind
+/// it must stay at rest. `axis`: direction of the shock.
 inline Reflection reflect(double mach, double wall, double thickness, int axis, int threads = 1) {
   constexpr double g = 1.4;
   const double p2 = 1.0 + 2.0 * g / (g + 1.0) * (mach * mach - 1.0);

@@ -1,9 +1,9 @@
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 #include "tests/verification/flow_problems.hpp"
 
@@ -11,13 +11,13 @@ namespace ocublast::flow {
 namespace {
 
 TEST(SodTube, MatchesTheExactSolution) {
-  // Half of the error lies in the fan and comes from its start: an interface of 0.4 cells is best at
-  // the Courant number 0.9. A shock that moves at the start (Shu and Osher's) wants 0.5 to 0.6.
+  // Half of the error lies in the fan and comes from its start: an interface of 0.4 cells is best
+  // at the Courant number 0.9. A shock that moves at the start (Shu and Osher's) wants 0.5 to 0.6.
   for (const double width : {0.4, 0.5}) {
     for (const int n : {100, 200, 400}) {
       const Tube t = sod(n, 0, 0.9, width);
-      std::printf("sod n %4d, interface %.1f h: L1(rho) %.3e, steps %d, redone %d, marked %zu\n", n, width, t.error,
-                  t.run.steps, t.run.redone, t.run.marked);
+      std::printf("sod n %4d, interface %.1f h: L1(rho) %.3e, steps %d, redone %d, marked %zu\n", n,
+                  width, t.error, t.run.steps, t.run.redone, t.run.marked);
       // On 200 and 400 cells second-order PLM has 2.39e-3 and 1.28e-3, PPM 1.98e-3 and 0.99e-3.
       EXPECT_LT(t.error, 0.43 / n);
       if (width > 0.4 || n == 100) continue;
@@ -31,8 +31,8 @@ TEST(SodTube, RunsWithThePapersDiffusivities) {
   o.diffusivity_form = DiffusivityForm::paper;
   o.sensor = Sensor::strain;
   const Tube paper = sod(200, 0, 0.9, 0.4, o), recommended = sod(200, 0, 0.9, 0.4);
-  std::printf("sod n 200: L1(rho) %.3e in the paper's form, %.3e in the recommended one\n", paper.error,
-              recommended.error);
+  std::printf("sod n 200: L1(rho) %.3e in the paper's form, %.3e in the recommended one\n",
+              paper.error, recommended.error);
   // The strain rate acts in the fan as well; prototype 5.8e-3 against 3.7e-3 (relative).
   EXPECT_LT(paper.error, 1.8 * recommended.error);
   EXPECT_EQ(paper.run.redone, 0);
@@ -59,7 +59,8 @@ std::vector<double> shu_osher(int n, int& steps) {
   const double h = 2.0 / n;
   flow.set_state([&](double x, double, double) {
     const double rho = 1.0 + 0.2 * std::sin(5.0 * std::numbers::pi * x);
-    return State{.rho = blend(left.rho, rho, x + 0.8, h), .u = blend(left.u, 0.0, x + 0.8, h),
+    return State{.rho = blend(left.rho, rho, x + 0.8, h),
+                 .u = blend(left.u, 0.0, x + 0.8, h),
                  .p = blend(left.p, 1.0, x + 0.8, h)};
   });
   steps = run_to(flow, 0.47).steps;
@@ -81,7 +82,8 @@ TEST(ShuOsher, ResolvesTheWavesBehindTheShock) {
     for (int i = 0; i < n; ++i) {
       double mean = 0.0;
       for (int m = 0; m < part; ++m) mean += fine[static_cast<std::size_t>(i * part + m)] / part;
-      const double e = std::abs(rho[static_cast<std::size_t>(i)] - mean), x = -1.0 + (i + 0.5) * 2.0 / n;
+      const double e = std::abs(rho[static_cast<std::size_t>(i)] - mean),
+                   x = -1.0 + (i + 0.5) * 2.0 / n;
       whole += e / n;
       if (x > 0.45 && x < 0.85) {
         waves += e;

@@ -1,9 +1,9 @@
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 #include "tests/verification/flow_problems.hpp"
 
@@ -32,8 +32,11 @@ double density_wave(int n, int axis, bool stretched, Scheme scheme, bool diffusi
   const auto rho = [](double s) { return 1.0 + 0.2 * std::sin(2.0 * pi * s); };
   flow.set_state([&](double x, double y, double z) {
     const double s = axis == 0 ? x : (axis == 1 ? y : z);
-    return State{.rho = rho(s), .u = axis == 0 ? 1.0 : 0.0, .v = axis == 1 ? 1.0 : 0.0,
-                 .w = axis == 2 ? 1.0 : 0.0, .p = 1.0};
+    return State{.rho = rho(s),
+                 .u = axis == 0 ? 1.0 : 0.0,
+                 .v = axis == 1 ? 1.0 : 0.0,
+                 .w = axis == 2 ? 1.0 : 0.0,
+                 .p = 1.0};
   });
   // Steps so small that the time error (h^4 of RK4) stays below the space error.
   const int steps = 16 * n;
@@ -95,8 +98,8 @@ TEST(IsentropicVortex, ReturnsAfterOnePeriodWithHighOrder) {
   std::printf("vortex 64 without artificial diffusivity: %.3e\n", vortex(64, o));
 }
 
-/// The same vortex in the plane of the directions a and b of a three-dimensional grid, n x n x 8, in
-/// steps of fixed length: density in the plane's order.
+/// The same vortex in the plane of the directions a and b of a three-dimensional grid, n x n x 8,
+/// in steps of fixed length: density in the plane's order.
 std::vector<double> vortex_in_plane(int n, std::size_t a, std::size_t b, double& error) {
   constexpr double strength = 5.0, gamma = 1.4;
   std::array<int, 3> cells{8, 8, 8};
@@ -130,7 +133,9 @@ std::vector<double> vortex_in_plane(int n, std::size_t a, std::size_t b, double&
       at[a] = s;
       at[b] = t;
       rho.push_back(W(0, at[0], at[1], at[2]));
-      error += std::abs(rho.back() - state(flow.grid().axis[a].x(s), flow.grid().axis[b].x(t)).rho) / (n * n);
+      error +=
+          std::abs(rho.back() - state(flow.grid().axis[a].x(s), flow.grid().axis[b].x(t)).rho) /
+          (n * n);
     }
   }
   return rho;
@@ -145,8 +150,10 @@ TEST(IsentropicVortex, IsTheSameInEveryPlaneToRoundOff) {
   for (const auto& [a, b] : {std::pair<std::size_t, std::size_t>{1, 2}, {2, 0}, {0, 2}}) {
     const std::vector<double> other = vortex_in_plane(n, a, b, error);
     double largest = 0.0;
-    for (std::size_t i = 0; i < xy.size(); ++i) largest = std::max(largest, std::abs(xy[i] - other[i]));
-    std::printf("vortex in %c%c: L1 %.3e, largest difference from xy %.1e\n", "xyz"[a], "xyz"[b], error, largest);
+    for (std::size_t i = 0; i < xy.size(); ++i)
+      largest = std::max(largest, std::abs(xy[i] - other[i]));
+    std::printf("vortex in %c%c: L1 %.3e, largest difference from xy %.1e\n", "xyz"[a], "xyz"[b],
+                error, largest);
     // The sums run in another order: 320 steps of roundings near 1.
     EXPECT_LT(largest, 1e-12);
   }
@@ -187,10 +194,10 @@ double shear_decay(int n, int axis) {
 TEST(ViscousShear, DecaysAtTheRightRateBetweenNoSlipWalls) {
   for (int axis = 0; axis < 3; ++axis) {
     const double coarse = shear_decay(16, axis), fine = shear_decay(32, axis);
-    std::printf("viscous shear along %c: error %.2e -> %.2e, order %.2f\n", "xyz"[axis], coarse, fine,
-                std::log2(coarse / fine));
-    // Narrow second difference: relative rate error (pi h)^2 / 12 = 8e-4 at 32 cells, times nu pi^2 t = 0.2;
-    // viscous heating and compressibility add amplitude^2 = 1e-4.
+    std::printf("viscous shear along %c: error %.2e -> %.2e, order %.2f\n", "xyz"[axis], coarse,
+                fine, std::log2(coarse / fine));
+    // Narrow second difference: relative rate error (pi h)^2 / 12 = 8e-4 at 32 cells, times nu pi^2
+    // t = 0.2; viscous heating and compressibility add amplitude^2 = 1e-4.
     EXPECT_LT(fine, 4e-4);
   }
 }

@@ -1,13 +1,13 @@
 // Strong and delicate one-dimensional problems at the Courant number 0.9: all must run, with their
 // errors printed. Fallbacks are counted and printed as well.
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <string>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 #include "flow_solver/sources/interface.hpp"
 #include "tests/verification/flow_exact.hpp"
@@ -22,7 +22,8 @@ struct Result {
 };
 
 /// Riemann problem with its interface at x0 of the unit line, to `end`, against the exact solution.
-Result riemann(int n, const State& l, const State& r, double x0, double end, Scheme scheme = Scheme::compact6) {
+Result riemann(int n, const State& l, const State& r, double x0, double end,
+               Scheme scheme = Scheme::compact6) {
   FlowOptions o = unit_options();
   o.scheme = scheme;
   Boundaries faces = all_faces(BoundaryKind::symmetry);
@@ -45,8 +46,8 @@ Result riemann(int n, const State& l, const State& r, double x0, double end, Sch
 }
 
 void report(const std::string& name, int n, const Result& r) {
-  std::printf("%-34s %4d cells: relative L1(rho) %.3e, steps %d, redone %d, marked %zu\n", name.c_str(), n, r.error,
-              r.run.steps, r.run.redone, r.run.marked);
+  std::printf("%-34s %4d cells: relative L1(rho) %.3e, steps %d, redone %d, marked %zu\n",
+              name.c_str(), n, r.error, r.run.steps, r.run.redone, r.run.marked);
 }
 
 TEST(Riemann, LaxAndTheTwoRarefactionsConverge) {
@@ -55,7 +56,8 @@ TEST(Riemann, LaxAndTheTwoRarefactionsConverge) {
   double lax[2], apart[2];
   for (const int m : {0, 1}) {
     const int n = 200 << m;
-    const Result a = riemann(n, lax_l, lax_r, 0.5, 0.13), b = riemann(n, apart_l, apart_r, 0.5, 0.15);
+    const Result a = riemann(n, lax_l, lax_r, 0.5, 0.13),
+                 b = riemann(n, apart_l, apart_r, 0.5, 0.15);
     report("Lax", n, a);
     report("123", n, b);
     lax[m] = a.error;
@@ -72,7 +74,8 @@ TEST(Riemann, LaxAndTheTwoRarefactionsConverge) {
 TEST(StationaryContact, StaysAndMakesNoSound) {
   const State l{.rho = 1.4, .p = 1.0}, r{.rho = 1.0, .p = 1.0};
   constexpr int n = 200;
-  Flow flow(uniform_grid({n, 1, 1}, {0, 0, 0}, {1, 1, 1}), all_faces(BoundaryKind::symmetry), unit_options());
+  Flow flow(uniform_grid({n, 1, 1}, {0, 0, 0}, {1, 1, 1}), all_faces(BoundaryKind::symmetry),
+            unit_options());
   flow.set_state([&](double x, double, double) { return interface_state(l, r, x - 0.5, 1.0 / n); });
   const RunSummary run = run_to(flow, 2.0);
   double sound = 0.0, speed = 0.0;
@@ -83,8 +86,9 @@ TEST(StationaryContact, StaysAndMakesNoSound) {
     speed = std::max(speed, std::abs(W(1, i, 0, 0)));
     thick += W(0, i, 0, 0) > 1.04 && W(0, i, 0, 0) < 1.36 ? 1 : 0;
   }
-  std::printf("stationary contact, %d steps: %d cells between 10 and 90 %%, |p - 1| %.1e, |u| %.1e\n", run.steps, thick,
-              sound, speed);
+  std::printf(
+      "stationary contact, %d steps: %d cells between 10 and 90 %%, |p - 1| %.1e, |u| %.1e\n",
+      run.steps, thick, sound, speed);
   // The artificial conductivity moves heat through the contact: sound of its size, not more.
   EXPECT_LE(thick, 6);
   EXPECT_LT(sound, 2e-3);
@@ -99,7 +103,8 @@ TEST(PlanarBurst, SurvivesPressureRatiosTo1e5) {
       const double shock = std::sqrt(1.4 * (1.0 + 6.0 / 7.0 * (exact.pressure_star() - 1.0)));
       const Result compact = riemann(400, l, r, 0.4, 0.4 / shock);
       const Result muscl = riemann(400, l, r, 0.4, 0.4 / shock, Scheme::muscl);
-      const std::string name = std::string("burst ") + (equal_temperature ? "equal T " : "equal rho ");
+      const std::string name =
+          std::string("burst ") + (equal_temperature ? "equal T " : "equal rho ");
       std::printf("%s p ratio %.0e: ", name.c_str(), ratio);
       report("compact6", 400, compact);
       std::printf("%s p ratio %.0e: ", name.c_str(), ratio);
@@ -138,12 +143,14 @@ TEST(TwoBlasts, RunAndConverge) {
     double error = 0.0;
     for (int i = 0; i < n; ++i) {
       double mean = 0.0;
-      for (int q = 0; q < part; ++q) mean += reference[static_cast<std::size_t>(i * part + q)] / part;
+      for (int q = 0; q < part; ++q)
+        mean += reference[static_cast<std::size_t>(i * part + q)] / part;
       error += std::abs(rho[static_cast<std::size_t>(i)] - mean) / n;
     }
     errors[m] = error;
-    std::printf("two blasts %d cells: L1(rho) %.3e (mean density 1), steps %d, redone %d, marked %zu\n", n, error,
-                run.steps, run.redone, run.marked);
+    std::printf(
+        "two blasts %d cells: L1(rho) %.3e (mean density 1), steps %d, redone %d, marked %zu\n", n,
+        error, run.steps, run.redone, run.marked);
   }
   EXPECT_LT(errors[1], 0.75 * errors[0]);
   EXPECT_LT(errors[0], 0.2);

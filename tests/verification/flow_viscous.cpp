@@ -1,9 +1,9 @@
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 #include "tests/verification/flow_run.hpp"
 
@@ -33,7 +33,8 @@ Axis periodic_axis(int n, bool stretched) {
 }
 
 /// Taylor and Green's vortices of speed `mach` c in the plane of the axes a and b.
-Flow make_vortices(int n, bool stretched, double mach, const FlowOptions& o, std::size_t a = 0, std::size_t b = 1) {
+Flow make_vortices(int n, bool stretched, double mach, const FlowOptions& o, std::size_t a = 0,
+                   std::size_t b = 1) {
   Grid g;
   g.axis = {make_absent_axis(), make_absent_axis(), make_absent_axis()};
   if (a != 0) g.axis[0] = make_uniform_axis(0.0, 1.0, 8, true);
@@ -46,7 +47,10 @@ Flow make_vortices(int n, bool stretched, double mach, const FlowOptions& o, std
     double u[3] = {};
     u[a] = U * std::sin(s) * std::cos(t);
     u[b] = -U * std::cos(s) * std::sin(t);
-    return State{.rho = 1.0, .u = u[0], .v = u[1], .w = u[2],
+    return State{.rho = 1.0,
+                 .u = u[0],
+                 .v = u[1],
+                 .w = u[2],
                  .p = 1.0 + 0.25 * U * U * (std::cos(2.0 * s) + std::cos(2.0 * t))};
   });
   return flow;
@@ -78,15 +82,16 @@ TEST(TaylorGreen, ConvergesWithSixthOrderAlsoOnAStretchedGrid) {
       double error = 0.0;
       for (int j = 0; j < n; ++j) {
         for (int i = 0; i < n; ++i) {
-          const auto fine = static_cast<std::size_t>((ratio * j + ratio / 2) * finest + ratio * i + ratio / 2);
+          const auto fine =
+              static_cast<std::size_t>((ratio * j + ratio / 2) * finest + ratio * i + ratio / 2);
           error += std::abs(u[static_cast<std::size_t>(j * n + i)] - reference[fine]) / (n * n);
         }
       }
       errors.push_back(error);
     }
     const double order = std::log(errors[0] / errors[1]) / std::log(3.0);
-    std::printf("Taylor-Green %s: L1(u) %.2e (14) -> %.2e (42), order %.2f\n", stretched ? "stretched" : "uniform",
-                errors[0], errors[1], order);
+    std::printf("Taylor-Green %s: L1(u) %.2e (14) -> %.2e (42), order %.2f\n",
+                stretched ? "stretched" : "uniform", errors[0], errors[1], order);
     EXPECT_GT(order, 5.0);
   }
 }
@@ -112,8 +117,8 @@ TEST(TaylorGreen, DecaysAtTheRateOfTheGas) {
     constexpr double end = 0.5;
     run_to(flow, end);
     const double rate = -std::log(kinetic() / before) / end, exact = 4.0 * nu * 4.0 * pi * pi;
-    std::printf("Taylor-Green in %c%c, Mach %.2f: decay %.5f, incompressible %.5f\n", "xyz"[a], "xyz"[b], mach, rate,
-                exact);
+    std::printf("Taylor-Green in %c%c, Mach %.2f: decay %.5f, incompressible %.5f\n", "xyz"[a],
+                "xyz"[b], mach, rate, exact);
     // Compressibility changes the decay by Mach^2 = 2.5e-3.
     EXPECT_NEAR(rate, exact, 2.5e-3 * exact);
   }
@@ -140,13 +145,16 @@ CouetteError couette(int n, int axis, double growth) {
   }
   g.axis[a] = make_axis_from_nodes(0.0, 1.0, nodes, false);
   Boundaries faces = all_faces(BoundaryKind::periodic);
-  faces[2 * a] = {.kind = BoundaryKind::wall, .state = {}, .wall = {.temperature = T0}, .incoming = {}};
-  faces[2 * a + 1] = {.kind = BoundaryKind::wall, .state = {}, .wall = {.temperature = T1}, .incoming = {}};
+  faces[2 * a] = {
+      .kind = BoundaryKind::wall, .state = {}, .wall = {.temperature = T0}, .incoming = {}};
+  faces[2 * a + 1] = {
+      .kind = BoundaryKind::wall, .state = {}, .wall = {.temperature = T1}, .incoming = {}};
   faces[2 * a + 1].wall.velocity[along] = U;
   Flow flow(g, faces, o);
   flow.set_state([&](double x, double y, double z) {
     const double s = axis == 0 ? x : (axis == 1 ? y : z), T = T0 + (T1 - T0) * s;
-    return State{.rho = 1.0 / T, .u = along == 0 ? U * s : 0.0, .v = along == 1 ? U * s : 0.0, .p = 1.0};
+    return State{
+        .rho = 1.0 / T, .u = along == 0 ? U * s : 0.0, .v = along == 1 ? U * s : 0.0, .p = 1.0};
   });
   const double mass = flow.totals().mass;
   // Slowest mode: exp(-kappa pi^2 t / (rho cp)) with kappa/(rho cp) >= 0.2: 1e-13 at t = 15.
@@ -158,7 +166,8 @@ CouetteError couette(int n, int axis, double growth) {
     const double s = nodes[static_cast<std::size_t>(i)];
     const double T = T0 + (T1 - T0) * s + prandtl * U * U / (2.0 * cp) * s * (1.0 - s);
     e.temperature = std::max(e.temperature, std::abs(W(4, at[0], at[1], at[2]) - T) / T0);
-    e.velocity = std::max(e.velocity, std::abs(W(along == 0 ? 1 : 2, at[0], at[1], at[2]) - U * s) / U);
+    e.velocity =
+        std::max(e.velocity, std::abs(W(along == 0 ? 1 : 2, at[0], at[1], at[2]) - U * s) / U);
   }
   return e;
 }
@@ -166,8 +175,10 @@ CouetteError couette(int n, int axis, double growth) {
 TEST(Couette, ReachesTheExactProfileBetweenIsothermalWalls) {
   for (const auto& [axis, growth] : {std::pair{0, 0.0}, {1, 0.0}, {2, 0.0}, {1, 0.3}}) {
     const CouetteError e = couette(16, axis, growth);
-    std::printf("Couette along %c, stretched %.0f %%: 16 cells, largest error of T %.1e, u %.1e, mass %.1e\n",
-                "xyz"[axis], 100.0 * growth, e.temperature, e.velocity, e.mass);
+    std::printf(
+        "Couette along %c, stretched %.0f %%: 16 cells, largest error of T %.1e, u %.1e, mass "
+        "%.1e\n",
+        "xyz"[axis], 100.0 * growth, e.temperature, e.velocity, e.mass);
     EXPECT_LT(e.temperature, growth > 0.0 ? 1e-4 : 1e-9);
     EXPECT_LT(e.velocity, growth > 0.0 ? 1e-4 : 1e-9);
     EXPECT_LT(e.mass, 1e-12);
@@ -201,13 +212,14 @@ TEST(FreeStream, StaysOnAStretchedGridWithViscosity) {
     for (int k = 0; k < 12; ++k) {
       for (int j = 0; j < 16; ++j) {
         for (int i = 0; i < 24; ++i) {
-          largest = std::max({largest, std::abs(W(0, i, j, k) - free.rho), std::abs(W(1, i, j, k) - free.u),
-                              std::abs(W(2, i, j, k) - free.v), std::abs(W(3, i, j, k) - free.w)});
+          largest = std::max({largest, std::abs(W(0, i, j, k) - free.rho),
+                              std::abs(W(1, i, j, k) - free.u), std::abs(W(2, i, j, k) - free.v),
+                              std::abs(W(3, i, j, k) - free.w)});
         }
       }
     }
-    std::printf("free stream, stretched, viscous, %s form: largest change %.1e\n", paper ? "paper's" : "recommended",
-                largest);
+    std::printf("free stream, stretched, viscous, %s form: largest change %.1e\n",
+                paper ? "paper's" : "recommended", largest);
     // 40 stages of some 100 roundings of values near 1, which add like a random walk.
     EXPECT_LT(largest, 2e-14);
   }
@@ -218,25 +230,32 @@ TEST(IsothermalSlipWall, LetsHeatThroughAndNoMass) {
   constexpr int n = 24;
   constexpr double T0 = 1.0, T1 = 1.5;
   Boundaries faces = all_faces(BoundaryKind::symmetry);
-  faces[0] = {.kind = BoundaryKind::wall, .state = {}, .wall = {.slip = true, .temperature = T0}, .incoming = {}};
-  faces[1] = {.kind = BoundaryKind::wall, .state = {}, .wall = {.slip = true, .temperature = T1}, .incoming = {}};
+  faces[0] = {.kind = BoundaryKind::wall,
+              .state = {},
+              .wall = {.slip = true, .temperature = T0},
+              .incoming = {}};
+  faces[1] = {.kind = BoundaryKind::wall,
+              .state = {},
+              .wall = {.slip = true, .temperature = T1},
+              .incoming = {}};
   Flow flow(uniform_grid({n, 1, 1}, {0, 0, 0}, {1, 1, 1}), faces, viscous_options(0.2, 0.71));
   flow.set_state([](double, double, double) { return State{.rho = 1.0, .p = 1.2}; });
   const double mass = flow.totals().mass;
   run_to(flow, 20.0);
   double largest = 0.0;
   const auto W = std::as_const(flow).primitives();
-  for (int i = 0; i < n; ++i) largest = std::max(largest, std::abs(W(4, i, 0, 0) - (T0 + (T1 - T0) * (i + 0.5) / n)));
+  for (int i = 0; i < n; ++i)
+    largest = std::max(largest, std::abs(W(4, i, 0, 0) - (T0 + (T1 - T0) * (i + 0.5) / n)));
   std::printf("heat between isothermal slip walls: largest error of T %.1e, mass %.1e\n", largest,
               std::abs(flow.totals().mass / mass - 1.0));
-  // The slowest mode has decayed by exp(-0.28 pi^2 20 / 1.4) = 1e-17; the filter acts on rho = p/(R T),
-  // whose eighth difference on 24 cells is below 1e-9.
+  // The slowest mode has decayed by exp(-0.28 pi^2 20 / 1.4) = 1e-17; the filter acts on rho = p/(R
+  // T), whose eighth difference on 24 cells is below 1e-9.
   EXPECT_LT(largest, 1e-7);
   EXPECT_LT(std::abs(flow.totals().mass / mass - 1.0), 1e-12);
 }
 
-/// Shock structure at Prandtl number 3/4 (Becker 1922): total enthalpy is constant through the shock,
-/// and (4/3) mu u' = m (gamma + 1)/(2 gamma) (u - u1)(u - u2)/u.
+/// Shock structure at Prandtl number 3/4 (Becker 1922): total enthalpy is constant through the
+/// shock, and (4/3) mu u' = m (gamma + 1)/(2 gamma) (u - u1)(u - u2)/u.
 class Becker {
  public:
   Becker(double mach, double mu) : u1_(mach * std::sqrt(g)), mu_(mu) {
@@ -282,7 +301,8 @@ ProfileError becker_error(int n, int axis, bool stretched) {
   for (int i = 0; i < n; ++i) {
     const double s = (i + 0.5) / n;
     const double middle = s - 0.5;  // stretched: finer at the shock
-    nodes.push_back(2.0 * half * (middle - (stretched ? 0.3 / (2.0 * pi) * std::sin(2.0 * pi * middle) : 0.0)));
+    nodes.push_back(2.0 * half *
+                    (middle - (stretched ? 0.3 / (2.0 * pi) * std::sin(2.0 * pi * middle) : 0.0)));
   }
   const auto a = static_cast<std::size_t>(axis);
   g.axis[a] = make_axis_from_nodes(-half, half, nodes, false);
@@ -294,10 +314,13 @@ ProfileError becker_error(int n, int axis, bool stretched) {
     return s;
   };
   Boundaries faces = all_faces(BoundaryKind::periodic);
-  faces[2 * a] = {.kind = BoundaryKind::fixed_state, .state = turned(-half), .wall = {}, .incoming = {}};
-  faces[2 * a + 1] = {.kind = BoundaryKind::outflow, .state = turned(half), .wall = {}, .incoming = {}};
+  faces[2 * a] = {
+      .kind = BoundaryKind::fixed_state, .state = turned(-half), .wall = {}, .incoming = {}};
+  faces[2 * a + 1] = {
+      .kind = BoundaryKind::outflow, .state = turned(half), .wall = {}, .incoming = {}};
   Flow flow(g, faces, viscous_options(mu, 0.75));
-  flow.set_state([&](double x, double y, double z) { return turned(axis == 0 ? x : (axis == 1 ? y : z)); });
+  flow.set_state(
+      [&](double x, double y, double z) { return turned(axis == 0 ? x : (axis == 1 ? y : z)); });
   run_to(flow, 1.0, 0.3);
   const auto W = std::as_const(flow).primitives();
   const double jump = exact.at(-half).u - exact.at(half).u;
@@ -320,11 +343,13 @@ TEST(ShockStructure, FollowsBeckersSolution) {
       std::printf("  %s %d cells: error of u, mean %.2e, largest %.2e of the jump\n",
                   stretched ? "stretched" : "uniform", n, e.back().mean, e.back().largest);
     }
-    for (std::size_t m = 0; m + 1 < e.size(); ++m) std::printf("  order %.2f\n", std::log2(e[m].mean / e[m + 1].mean));
+    for (std::size_t m = 0; m + 1 < e.size(); ++m)
+      std::printf("  order %.2f\n", std::log2(e[m].mean / e[m + 1].mean));
     EXPECT_LT(e[0].largest, 0.01);
     EXPECT_GT(std::log2(e[1].mean / e[2].mean), 5.0);
   }
-  const ProfileError x = becker_error(48, 0, false), y = becker_error(48, 1, false), z = becker_error(48, 2, false);
+  const ProfileError x = becker_error(48, 0, false), y = becker_error(48, 1, false),
+                     z = becker_error(48, 2, false);
   std::printf("  along x, y, z: %.6e %.6e %.6e\n", x.mean, y.mean, z.mean);
   EXPECT_NEAR(y.mean, x.mean, 0.05 * x.mean);
   EXPECT_NEAR(z.mean, x.mean, 0.05 * x.mean);

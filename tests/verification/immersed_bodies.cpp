@@ -12,7 +12,7 @@ namespace {
 using namespace testing;
 
 /// Largest deviation of a pressure from the line through its last two values, of p0: a spike of one
-/// step. 
+/// step.
 class SpikeMeter {
  public:
   /// NaN: no value now.
@@ -68,10 +68,10 @@ Motion ramped(double speed, double ramp) {
 }
 
 struct Crossing {
-  double noise = 0.0;  ///< rms of the drag, of p0 times the frontal area / 2
-  double spike = 0.0;  ///< of p0, at nodes that have just come out of the body
+  double noise = 0.0;          ///< rms of the drag, of p0 times the frontal area / 2
+  double spike = 0.0;          ///< of p0, at nodes that have just come out of the body
   double surface_spike = 0.0;  ///< of p0, at vertices of the body
-  double leak = 0.0;   ///< largest, of the gas in the box
+  double leak = 0.0;           ///< largest, of the gas in the box
   double drag = 0.0;
   RunCounts counts;
   std::uint64_t fallbacks = 0;
@@ -79,12 +79,14 @@ struct Crossing {
 
 /// Body 0 in a closed box of gas at rest, driven along (1, slant, slant).
 Crossing drive(const Grid& grid, const BodySurface& surface, double frontal, double depth,
-               const Motion& motion, double slant, double t_begin, double t_end, double cfl = FlowOptions{}.cfl) {
+               const Motion& motion, double slant, double t_begin, double t_end,
+               double cfl = FlowOptions{}.cfl) {
   FlowOptions options = unit_gas_options();
   options.cfl = cfl;
   Flow flow(grid, walls_all_round(), options);
   flow.set_state([](double, double, double) { return flow::State{.rho = 1, .p = 1}; });
-  ImmersedBoundary bodies(grid, options.gas, {{.name = "body", .surface = surface, .moves = true}}, {});
+  ImmersedBoundary bodies(grid, options.gas, {{.name = "body", .surface = surface, .moves = true}},
+                          {});
   immerse(flow, bodies);
   // A rigid body takes no volume from the gas: its mean density, cells cut at the wall, stays.
   const auto density_now = [&] {
@@ -125,7 +127,8 @@ Crossing drive(const Grid& grid, const BodySurface& surface, double frontal, dou
 
 void print(const char* what, const Crossing& c) {
   std::printf(
-      "%s: pressure spikes at fresh nodes %.2f %%, on the body %.2f %% of p0, drag noise %.1e of p0 A / 2, mass leaked %.1e, %zu fresh "
+      "%s: pressure spikes at fresh nodes %.2f %%, on the body %.2f %% of p0, drag noise %.1e of "
+      "p0 A / 2, mass leaked %.1e, %zu fresh "
       "nodes in %d steps, fallbacks %llu\n",
       what, 100 * c.spike, 100 * c.surface_spike, c.noise, c.leak, c.counts.fresh, c.counts.steps,
       static_cast<unsigned long long>(c.fallbacks));
@@ -138,9 +141,9 @@ TEST(ImmersedCrossing, OfACylinderMakesNoSpikes) {
   for (const bool accelerating : {false, true}) {
     // Constant speed is reached soon, its pulse has passed when the measurement begins; or never.
     const Motion motion = ramped(speed, accelerating ? 3.2 : 1.2);
-    const Crossing c = drive(grid,
-                             make_cylinder(2.003, 2.197, 1.0, static_cast<int>(2 * std::numbers::pi / h)),
-                             2.0, 3.0, motion, .2, accelerating ? .2 : 1.6, 3.2);
+    const Crossing c =
+        drive(grid, make_cylinder(2.003, 2.197, 1.0, static_cast<int>(2 * std::numbers::pi / h)),
+              2.0, 3.0, motion, .2, accelerating ? .2 : 1.6, 3.2);
     print(accelerating ? "cylinder, R/h 16, accelerating to .3 c" : "cylinder, R/h 16, at .3 c", c);
     EXPECT_LT(c.spike, .005);
     EXPECT_LT(c.surface_spike, .005);
@@ -150,15 +153,16 @@ TEST(ImmersedCrossing, OfACylinderMakesNoSpikes) {
 }
 
 TEST(ImmersedCrossing, OfASphereMakesNoSpikes) {
-  // A fresh node answers to what its ghosts are off within a sound time of a cell: the longer the step,
-  // the more of it in one. (Its own first value does not matter: held, or interpolated anew, it goes the
-  // same way.) So half a per cent is asked of a Courant number of 0.9, and at 1.2 (0.08 cells of way per
-  // step) as much more as the square of the step; on the body it is asked of both.
+  // A fresh node answers to what its ghosts are off within a sound time of a cell: the longer the
+  // step, the more of it in one. (Its own first value does not matter: held, or interpolated anew,
+  // it goes the same way.) So half a per cent is asked of a Courant number of 0.9, and at 1.2 (0.08
+  // cells of way per step) as much more as the square of the step; on the body it is asked of both.
   const double h = 1.0 / 8;
-  const Grid grid{{make_uniform_axis(0, 4, 32), make_uniform_axis(0, 3.5, 28), make_uniform_axis(0, 3.5, 28)}};
+  const Grid grid{
+      {make_uniform_axis(0, 4, 32), make_uniform_axis(0, 3.5, 28), make_uniform_axis(0, 3.5, 28)}};
   for (const double cfl : {.9, FlowOptions{}.cfl}) {
-    const Crossing c = drive(grid, make_sphere({1.503, 1.697, 1.711}, 8 * h, 3), std::numbers::pi, 1.0,
-                             ramped(.2 * std::sqrt(g), 1.5), .1, .1, 2.0, cfl);
+    const Crossing c = drive(grid, make_sphere({1.503, 1.697, 1.711}, 8 * h, 3), std::numbers::pi,
+                             1.0, ramped(.2 * std::sqrt(g), 1.5), .1, .1, 2.0, cfl);
     std::printf("R/h 8, Courant number %.1f, ", cfl);
     print("sphere accelerating to .2 c", c);
     EXPECT_LT(c.spike, .005 * (cfl / .9) * (cfl / .9));
@@ -168,15 +172,15 @@ TEST(ImmersedCrossing, OfASphereMakesNoSpikes) {
   }
 }
 
-/// Drag of a cylinder set going at once: moving through gas at rest, or held in gas that moves. Walls
-/// far enough that no wave comes back.
+/// Drag of a cylinder set going at once: moving through gas at rest, or held in gas that moves.
+/// Walls far enough that no wave comes back.
 std::vector<std::pair<double, double>> drag_history(int n, double speed, bool moves, double t_end) {
   const double half = 1.0 + 1.1 * t_end;
   const double length = 2 * half + speed * t_end;
   const int n_i = static_cast<int>(length * n), n_j = static_cast<int>(half * n);
   // Half of the problem, above the plane of symmetry through the axis.
-  const Grid grid{{make_uniform_axis(0, n_i / double(n), n_i), make_uniform_axis(0, n_j / double(n), n_j),
-                   make_absent_axis()}};
+  const Grid grid{{make_uniform_axis(0, n_i / double(n), n_i),
+                   make_uniform_axis(0, n_j / double(n), n_j), make_absent_axis()}};
   const flow::State gas{.rho = 1, .u = moves ? 0.0 : -speed, .p = 1};
   Boundaries boundaries = walls_all_round();
   boundaries[0] = boundaries[1] = boundaries[3] = {.kind = BoundaryKind::fixed_state, .state = gas};
@@ -185,9 +189,11 @@ std::vector<std::pair<double, double>> drag_history(int n, double speed, bool mo
   flow.set_state([&](double, double, double) { return gas; });
   // The fixed one stays where the moving one is half-way.
   const double x = half + .4137 / n + (moves ? 0.0 : .5 * speed * t_end);
-  ImmersedBoundary bodies(
-      grid, options.gas,
-      {{.name = "cylinder", .surface = make_cylinder(x, 0, 1, static_cast<int>(6.4 * n)), .moves = moves}}, {});
+  ImmersedBoundary bodies(grid, options.gas,
+                          {{.name = "cylinder",
+                            .surface = make_cylinder(x, 0, 1, static_cast<int>(6.4 * n)),
+                            .moves = moves}},
+                          {});
   immerse(flow, bodies);
   std::vector<std::pair<double, double>> drag;
   run(
@@ -196,7 +202,9 @@ std::vector<std::pair<double, double>> drag_history(int n, double speed, bool mo
         dt = std::min(dt, .3 / n / speed);
         if (moves) translate(bodies, 0, t, dt, {speed * (t + dt), 0, 0}, {speed, 0, 0});
       },
-      [&](double t) { drag.emplace_back(t, -2 * bodies.load(flow.primitives(), 0, 1.0).force[0] / 3.0); });
+      [&](double t) {
+        drag.emplace_back(t, -2 * bodies.load(flow.primitives(), 0, 1.0).force[0] / 3.0);
+      });
   return drag;
 }
 
@@ -217,7 +225,8 @@ TEST(ImmersedTwin, MovingInGasAtRestHasTheDragOfABodyAtRestInMovingGas) {
     noise[moves] = noise_of(series).rms;
   }
   std::printf(
-      "cylinder at .5 c, R/h %d: mean drag %.4f at rest in moving gas, %.4f moving (%+.2f %%), noise "
+      "cylinder at .5 c, R/h %d: mean drag %.4f at rest in moving gas, %.4f moving (%+.2f %%), "
+      "noise "
       "%.2f %% and %.2f %% of it\n",
       n, mean[0], mean[1], 100 * (mean[1] / mean[0] - 1), 100 * noise[0] / mean[0],
       100 * noise[1] / mean[0]);
@@ -225,12 +234,18 @@ TEST(ImmersedTwin, MovingInGasAtRestHasTheDragOfABodyAtRestInMovingGas) {
   EXPECT_LT(noise[1], .01 * mean[0]);
 }
 
-/// A bar whose faces contain the direction of the stream passes through a stretched grid from end to
-/// end: nothing happens.
+/// A bar whose faces contain the direction of the stream passes through a stretched grid from end
+/// to end: nothing happens.
 TEST(ImmersedFreeStream, AlongASlipBodyOnAStretchedGridIsKeptToRoundOff) {
   const auto axis = [](double refined_at) {
-    return make_axis({.min = 0, .max = 1, .spacing = .06, .refined = true, .zone_min = refined_at - .1,
-                      .zone_max = refined_at + .1, .zone_spacing = .03, .growth = 1.1});
+    return make_axis({.min = 0,
+                      .max = 1,
+                      .spacing = .06,
+                      .refined = true,
+                      .zone_min = refined_at - .1,
+                      .zone_max = refined_at + .1,
+                      .zone_spacing = .03,
+                      .growth = 1.1});
   };
   const Grid grid{{axis(.5), axis(.4), axis(.6)}};
   const flow::State stream{.rho = 1, .u = 1.0, .v = .3, .w = .2, .p = 1};
@@ -264,8 +279,8 @@ TEST(ImmersedFreeStream, AlongASlipBodyOnAStretchedGridIsKeptToRoundOff) {
                           std::abs(W(4, i, j, k) - 1)});
       }
   std::printf("free stream along a bar, %d x %d x %d stretched nodes, %d walls, 20 steps: %.1e\n",
-              grid.axis[0].n, grid.axis[1].n, grid.axis[2].n, bodies.lines(0).n_walls + bodies.lines(1).n_walls +
-              bodies.lines(2).n_walls, worst);
+              grid.axis[0].n, grid.axis[1].n, grid.axis[2].n,
+              bodies.lines(0).n_walls + bodies.lines(1).n_walls + bodies.lines(2).n_walls, worst);
   // Rounding of the wall's distance and of 20 steps of line solves.
   EXPECT_LT(worst, 1e-12);
 }

@@ -1,5 +1,5 @@
-// Whole runs of the program with bodies: a free body from case file to globals.csv, and every kind of
-// input about bodies that must be refused.
+// Whole runs of the program with bodies: a free body from case file to globals.csv, and every kind
+// of input about bodies that must be refused.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -66,14 +66,16 @@ class BodyRun : public ::testing::Test {
   int run(const std::string& text, const std::vector<std::string>& more = {}) {
     std::ofstream(folder_ / "case.toml") << head << text;
     const std::string file = folder_ / "case.toml", out = folder_ / "out";
-    std::vector<std::string> words = {"flow_solver", file, "--out", out, "--quiet", "--threads", "1"};
+    std::vector<std::string> words = {"flow_solver", file,        "--out", out,
+                                      "--quiet",     "--threads", "1"};
     words.insert(words.end(), more.begin(), more.end());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
     return run_flow_solver(static_cast<int>(words.size()), argv.data());
   }
-  void expect_refusal(const std::string& text, const std::string& reason, const std::vector<std::string>& more = {}) {
+  void expect_refusal(const std::string& text, const std::string& reason,
+                      const std::vector<std::string>& more = {}) {
     ::testing::internal::CaptureStderr();
     const int code = run(text, more);
     const std::string said = ::testing::internal::GetCapturedStderr();
@@ -91,7 +93,8 @@ class BodyRun : public ::testing::Test {
     while (std::getline(header, word, ',')) names.push_back(word);
     while (std::getline(in, line)) {
       std::stringstream row(line);
-      for (std::size_t c = 0; std::getline(row, word, ','); ++c) columns[names.at(c)].push_back(std::stod(word));
+      for (std::size_t c = 0; std::getline(row, word, ','); ++c)
+        columns[names.at(c)].push_back(std::stod(word));
     }
     return columns;
   }
@@ -101,11 +104,12 @@ std::string body(const std::string& keys) {
   return "[[flow.body]]\nname = \"brick\"\nsurface = \"body.h5\"\n" + keys;
 }
 
-/// A brick hit off its middle by the shock of a burst diaphragm flies and turns: what globals.csv says of
-/// force, impulse, velocity and place must be one motion.
+/// A brick hit off its middle by the shock of a burst diaphragm flies and turns: what globals.csv
+/// says of force, impulse, velocity and place must be one motion.
 TEST_F(BodyRun, AFreeBrickFliesAndTurnsAsItsLoadsSay) {
   std::vector<std::array<double, 2>> corners;
-  for (const auto& [x, y] : {std::array{-.1, -.06}, std::array{.1, -.06}, std::array{.1, .06}, std::array{-.1, .06}}) {
+  for (const auto& [x, y] :
+       {std::array{-.1, -.06}, std::array{.1, -.06}, std::array{.1, .06}, std::array{-.1, .06}}) {
     const double c = std::cos(.4), s = std::sin(.4);
     corners.push_back({.5 + c * x - s * y, .3 + s * x + c * y});
   }
@@ -138,15 +142,22 @@ TEST_F(BodyRun, AFreeBrickFliesAndTurnsAsItsLoadsSay) {
     x += .5 * dt * (g.at("brick_u_m_s")[n] + g.at("brick_u_m_s")[n - 1]);
     turned += .5 * dt * (moment(n) + moment(n - 1));
   }
-  const double u = g.at("brick_u_m_s")[last], v = g.at("brick_v_m_s")[last], w = g.at("brick_omega_z_rad_s")[last];
-  const double impulse_x = g.at("brick_impulse_x_N_s")[last], impulse_y = g.at("brick_impulse_y_N_s")[last];
-  std::printf("free brick, %zu steps: velocity (%.2f, %.2f) m/s, impulse / mass (%.2f, %.2f), turning %.2f rad/s "
-              "(integrated moment %.2f), shift %.5f m (integrated velocity %.5f), leaked mass %.1e of the gas\n",
-              last, u, v, impulse_x / mass, impulse_y / mass, w, turned / inertia, g.at("brick_x_m")[last] - g.at("brick_x_m")[0],
-              x, g.at("leaked_mass_kg")[last] / g.at("mass_kg")[0]);
+  const double u = g.at("brick_u_m_s")[last], v = g.at("brick_v_m_s")[last],
+               w = g.at("brick_omega_z_rad_s")[last];
+  const double impulse_x = g.at("brick_impulse_x_N_s")[last],
+               impulse_y = g.at("brick_impulse_y_N_s")[last];
+  std::printf(
+      "free brick, %zu steps: velocity (%.2f, %.2f) m/s, impulse / mass (%.2f, %.2f), turning %.2f "
+      "rad/s "
+      "(integrated moment %.2f), shift %.5f m (integrated velocity %.5f), leaked mass %.1e of the "
+      "gas\n",
+      last, u, v, impulse_x / mass, impulse_y / mass, w, turned / inertia,
+      g.at("brick_x_m")[last] - g.at("brick_x_m")[0], x,
+      g.at("leaked_mass_kg")[last] / g.at("mass_kg")[0]);
   EXPECT_GT(u, 5.0);
   EXPECT_GT(std::abs(w), 5.0);
-  // The body takes each load with the added mass and damping of the gas: the same to the order of the step.
+  // The body takes each load with the added mass and damping of the gas: the same to the order of
+  // the step.
   EXPECT_NEAR(impulse_x / mass, u, .01 * u);
   EXPECT_NEAR(turned / inertia, w, .03 * std::abs(w));
   EXPECT_NEAR(g.at("brick_x_m")[last] - g.at("brick_x_m")[0], x, .01 * x);
@@ -157,11 +168,14 @@ TEST_F(BodyRun, RefusesFreeBodiesThatCannotBe) {
   write_surface(make_cylinder(.5, .3, .1, 40));
   const std::string free = box + body("motion = \"free\"\n[flow.body.free]\n");
   expect_refusal(free, "give either mass_kg or density_kg_m3");
-  expect_refusal(free + "mass_kg = 1.0\ndensity_kg_m3 = 1.0\n", "give either mass_kg or density_kg_m3");
+  expect_refusal(free + "mass_kg = 1.0\ndensity_kg_m3 = 1.0\n",
+                 "give either mass_kg or density_kg_m3");
   expect_refusal(free + "mass_kg = -1.0\n", "mass_kg");
-  expect_refusal(free + "mass_kg = 1.0\nlocked = [\"turn\"]\n", "'turn', accepted x, y, z, turn_x, turn_y, turn_z");
+  expect_refusal(free + "mass_kg = 1.0\nlocked = [\"turn\"]\n",
+                 "'turn', accepted x, y, z, turn_x, turn_y, turn_z");
   expect_refusal(free + "mass_kg = 1.0\ninertia_kg_m2 = [1.0, 1.0]\n", "has 2 numbers, accepted 6");
-  expect_refusal(free + "mass_kg = 1.0\ninertia_kg_m2 = [1.0, 1.0, 1.0, 2.0, 0.0, 0.0]\n", "is not positive definite");
+  expect_refusal(free + "mass_kg = 1.0\ninertia_kg_m2 = [1.0, 1.0, 1.0, 2.0, 0.0, 0.0]\n",
+                 "is not positive definite");
   expect_refusal(free + "mass_kg = 1.0\nspeed = 3.0\n", "no such key");
 }
 
@@ -179,12 +193,18 @@ TEST_F(BodyRun, RefusesSurfacesThatCannotBe) {
 TEST_F(BodyRun, RefusesBodiesWhereTheNumericsCannotHaveThem) {
   write_surface(make_cylinder(.95, .3, .1, 40));
   const std::string fixed = body("motion = \"fixed\"\n");
-  expect_refusal(box + fixed, "touches the stretched layer", {"--set", "flow.boundary.x_max=outflow", "--set", "flow.grid.x.stretch_high.cells=10"});
+  expect_refusal(
+      box + fixed, "touches the stretched layer",
+      {"--set", "flow.boundary.x_max=outflow", "--set", "flow.grid.x.stretch_high.cells=10"});
   write_surface(make_cylinder(.5, .05, .1, 40));
-  expect_refusal(box + fixed, "periodic", {"--set", "flow.boundary.y_min=periodic", "--set", "flow.boundary.y_max=periodic"});
+  expect_refusal(
+      box + fixed, "periodic",
+      {"--set", "flow.boundary.y_min=periodic", "--set", "flow.boundary.y_max=periodic"});
   expect_refusal(box + fixed + "slip = \"no_slip\"\n", "no_slip needs flow.gas.viscosity");
   expect_refusal(box + fixed + "[flow.numerics]\ncfl = 1.5\n", "cfl is 1.5, accepted (0, 1.2]");
-  expect_refusal(box + fixed + "[flow.numerics]\nskip_quiescent = true\n[[flow.body]]\nname = \"brick\"\nmotion = \"fixed\"\nsurface = \"body.h5\"\n",
+  expect_refusal(box + fixed +
+                     "[flow.numerics]\nskip_quiescent = true\n[[flow.body]]\nname = "
+                     "\"brick\"\nmotion = \"fixed\"\nsurface = \"body.h5\"\n",
                  "'brick' is used twice");
 }
 

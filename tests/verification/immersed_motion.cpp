@@ -29,9 +29,8 @@ PistonError drive_piston(int n, double t_begin, double t_end,
   FlowOptions options = unit_gas_options();
   options.cfl = .5;
   Flow flow(grid, boundaries, options);
-  flow.set_state([&](double, double, double) {
-    return flow::State{.rho = 1, .u = gas_velocity, .p = 1};
-  });
+  flow.set_state(
+      [&](double, double, double) { return flow::State{.rho = 1, .u = gas_velocity, .p = 1}; });
   ImmersedBoundary bodies(
       grid, options.gas,
       {{.name = "piston", .surface = make_box({-1, -1, -1}, {x0, 2, 2}), .moves = true}}, {});
@@ -58,9 +57,9 @@ PistonError drive_piston(int n, double t_begin, double t_end,
   return {std::sqrt(sum2 / count - mean * mean), largest, mean};
 }
 
-/// x = x0 + A (1 - cos w t): as long as its wave has not steepened into a shock the face pressure is
-/// that of a simple wave. The first .03, in which the pressure slope of the sudden acceleration has
-/// not reached the first nodes, are left out.
+/// x = x0 + A (1 - cos w t): as long as its wave has not steepened into a shock the face pressure
+/// is that of a simple wave. The first .03, in which the pressure slope of the sudden acceleration
+/// has not reached the first nodes, are left out.
 PistonError swing_piston(int n, double w, double t_end) {
   const double A = .02;
   const double c0 = std::sqrt(g);
@@ -77,7 +76,8 @@ TEST(ImmersedPiston, HasTheFacePressureOfASimpleWave) {
     std::array<double, 3> reach;
   };
   // At w = 20 the wave becomes a shock after 2 c0 / ((gamma + 1) A w^2) = 0.12.
-  for (const Row& row : {Row{6, 1.0, {1.5e-4, 4.0e-5, 1.7e-5}}, Row{20, .12, {3.6e-3, 1.1e-3, 3.2e-4}}}) {
+  for (const Row& row :
+       {Row{6, 1.0, {1.5e-4, 4.0e-5, 1.7e-5}}, Row{20, .12, {3.6e-3, 1.1e-3, 3.2e-4}}}) {
     std::array<PistonError, 3> e;
     for (std::size_t q = 0; q < 3; ++q) e[q] = swing_piston(100 << q, row.w, row.t_end);
     std::printf(
@@ -242,12 +242,15 @@ TEST(ImmersedGap, ClosesAndOpensAgainBetweenACylinderAndABlock) {
       deepest / h, smallest, fresh, largest_p,
       static_cast<unsigned long long>(bodies.n_fallbacks()));
   const auto after = content();
-  const double mass_error = after[0] / before[0] - 1, energy_error = (after[1] - before[1] - work) / before[1];
-  std::printf("  gas mass %+.2e of the box, energy less work %+.2e of it, %+.2f of the work done back and forth\n",
-              mass_error, energy_error, energy_error * before[1] / work_done);
-  // Gas in a gap of less than a cell is given up and found anew at eight cells per radius: the gap's
-  // last cell along the facing halves (a quarter of the cylinder's circumference, h wide) is 0.9 % of
-  // the box, compressed to less than 3 p0.
+  const double mass_error = after[0] / before[0] - 1,
+               energy_error = (after[1] - before[1] - work) / before[1];
+  std::printf(
+      "  gas mass %+.2e of the box, energy less work %+.2e of it, %+.2f of the work done back and "
+      "forth\n",
+      mass_error, energy_error, energy_error * before[1] / work_done);
+  // Gas in a gap of less than a cell is given up and found anew at eight cells per radius: the
+  // gap's last cell along the facing halves (a quarter of the cylinder's circumference, h wide) is
+  // 0.9 % of the box, compressed to less than 3 p0.
   EXPECT_LT(std::abs(mass_error), .027);
   EXPECT_LT(std::abs(energy_error), .05);
   EXPECT_GT(deepest, .25 * h);

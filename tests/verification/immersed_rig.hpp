@@ -43,8 +43,8 @@ inline double reflected_speed(const flow::State& behind) {
   return behind.u * behind.rho / (rho5 - behind.rho);
 }
 
-/// The two states of a planar shock at distance s in front of it, spread by a tanh of half a cell: a
-/// jump between two nodes would start with a second-order shift of the shock.
+/// The two states of a planar shock at distance s in front of it, spread by a tanh of half a cell:
+/// a jump between two nodes would start with a second-order shift of the shock.
 inline flow::State shock_state(double s, double h, const flow::State& behind) {
   const double share = .5 * (1.0 - std::tanh(s / (.5 * h)));
   return {.rho = 1.0 + share * (behind.rho - 1.0),
@@ -112,8 +112,8 @@ inline void immerse(Flow& flow, ImmersedBoundary& bodies) {
 }
 
 /// Path of a rigid translation by `shift(t)` with velocity `rate(t)`, over one step.
-inline void translate(ImmersedBoundary& bodies, std::size_t b, double t, double dt,
-                      const P3& shift, const P3& rate) {
+inline void translate(ImmersedBoundary& bodies, std::size_t b, double t, double dt, const P3& shift,
+                      const P3& rate) {
   const std::vector<double>& rest = bodies.body(b).surface.vertices;
   std::vector<double> x(rest.size()), v(rest.size());
   for (std::size_t n = 0; n < x.size(); ++n) {

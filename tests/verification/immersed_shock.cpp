@@ -10,9 +10,9 @@ namespace {
 using namespace testing;
 
 struct Reflection {
-  double error = 0.0;      ///< of the plateau pressure
-  double wall_error = 0.0; ///< of the pressure read at the wall at the end
-  double overshoot = 0.0;  ///< of the wall pressure, of p5
+  double error = 0.0;       ///< of the plateau pressure
+  double wall_error = 0.0;  ///< of the pressure read at the wall at the end
+  double overshoot = 0.0;   ///< of the wall pressure, of p5
   int redone = 0;
 };
 
@@ -25,9 +25,8 @@ Reflection reflect_shock(double Ms, double offset, Scheme scheme = Scheme::compa
   options.scheme = scheme;
   Flow flow = shock_into_rest(grid, behind, .5, h, options);
   const double wall = (159 + .5 + offset) * h;
-  ImmersedBoundary bodies(
-      grid, flow.options().gas,
-      {{.name = "wall", .surface = make_box({wall, -1, -1}, {2, 2, 2})}}, {});
+  ImmersedBoundary bodies(grid, flow.options().gas,
+                          {{.name = "wall", .surface = make_box({wall, -1, -1}, {2, 2, 2})}}, {});
   immerse(flow, bodies);
   const double p5 = reflected_pressure(behind.p);
   Reflection result;
@@ -75,17 +74,20 @@ TEST(ImmersedShock, ReflectsWithTheSecondSchemeToo) {
       error = std::max(error, r.error);
       overshoot = std::max(overshoot, r.overshoot);
     }
-    std::printf("muscl, shock Ms %.1f at five places of a wall: p5 error at most %.2e, overshoot %.2f %%\n", Ms, error, 100 * overshoot);
-    // Without the mirrored flux where gas streams at the wall, a wall on a node swallows the stream.
+    std::printf(
+        "muscl, shock Ms %.1f at five places of a wall: p5 error at most %.2e, overshoot %.2f %%\n",
+        Ms, error, 100 * overshoot);
+    // Without the mirrored flux where gas streams at the wall, a wall on a node swallows the
+    // stream.
     EXPECT_LT(error, 2e-3);
   }
 }
 
 /// A plate through the channel, its front face through (.5137, 4 h), turned by `degrees`.
 struct PlateShock {
-  double leak = 0.0;      ///< largest |p - p0| behind the plate
-  double front = 0.0;     ///< error of the plateau pressure in front (square plates)
-  double peak = 0.0;      ///< largest load in front, of p5 - p0
+  double leak = 0.0;   ///< largest |p - p0| behind the plate
+  double front = 0.0;  ///< error of the plateau pressure in front (square plates)
+  double peak = 0.0;   ///< largest load in front, of p5 - p0
   std::uint64_t fallbacks = 0;
 };
 
@@ -113,15 +115,15 @@ PlateShock hit_plate(double Ms, double cells, double degrees) {
   run(flow, bodies, .1637 / (Ms * std::sqrt(g)) + .2 / reflected_speed(behind), nothing_before,
       [&](double) {
         const BodyLoad load = bodies.load(flow.primitives(), 0, 1.0);
-        result.peak =
-            std::max(result.peak, load.force[0] / (8 * h) / 3.0 / (p5 - 1));  // 3 deep
+        result.peak = std::max(result.peak, load.force[0] / (8 * h) / 3.0 / (p5 - 1));  // 3 deep
       });
   double mean = 0.0;
   int count = 0;
   for (int j = 0; j < 8; ++j) {
     for (int i = 0; i < n; ++i) {
       const double d = c * (grid.axis[0].x(i) - .5137) + s * (grid.axis[1].x(j) - 4 * h);
-      if (d > cells * h) result.leak = std::max(result.leak, std::abs(pressure_at(flow, i, j) - 1.0));
+      if (d > cells * h)
+        result.leak = std::max(result.leak, std::abs(pressure_at(flow, i, j) - 1.0));
       if (d > -.12 && d < -.03) {
         mean += pressure_at(flow, i, j);
         ++count;
@@ -173,7 +175,8 @@ TEST(ImmersedShock, IsSwallowedByNoWallWhereverItLies) {
       run(flow, bodies, (wall - .4) / (Ms * std::sqrt(g)) + .2 / reflected_speed(behind),
           nothing_before, nothing_after);
       const BodyLoad load = bodies.load(flow.primitives(), 0, 1.0);
-      worst = std::max(worst, std::abs(load.force[0] / 9.0 / (reflected_pressure(behind.p) - 1) - 1));
+      worst =
+          std::max(worst, std::abs(load.force[0] / 9.0 / (reflected_pressure(behind.p) - 1) - 1));
     }
   }
   std::printf("shocks of Ms 2 to 20 at 20 places of a wall: load within %.1e of p5 - p0\n", worst);

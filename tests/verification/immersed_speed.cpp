@@ -76,7 +76,8 @@ TEST(ImmersedSpeed, OfTopologyAndGhostsAt128Cubed) {
       // Many of them: threads that still wait after the last parallel work would count in one.
       constexpr int times = 200;
       int renewed = 0;
-      for (int call = 0; call < times; ++call) renewed += bodies.update_topology(W.view()).renewed ? 1 : 0;
+      for (int call = 0; call < times; ++call)
+        renewed += bodies.update_topology(W.view()).renewed ? 1 : 0;
       const double again = clock.lap() / times;
       std::printf(", topology again %.4f ms", again);
       EXPECT_EQ(renewed, 0);  // bodies at rest cost nothing after the start

@@ -1,5 +1,5 @@
-// Viscous gas between immersed cylinders, the inner one turning: exact velocity, torque, temperature
-// and heat flux, whatever the angle between wall and grid.
+// Viscous gas between immersed cylinders, the inner one turning: exact velocity, torque,
+// temperature and heat flux, whatever the angle between wall and grid.
 #include <gtest/gtest.h>
 
 #include "flow_solver/immersed/rigid_motion.hpp"
@@ -10,14 +10,15 @@ namespace {
 
 using namespace testing;
 
-/// Steady flow between coaxial cylinders without radial motion, exact for a compressible gas of constant
-/// viscosity: u = A r + B / r, and the heat of its friction is led away: T = a + b ln r - mu B^2 / (k r^2).
+/// Steady flow between coaxial cylinders without radial motion, exact for a compressible gas of
+/// constant viscosity: u = A r + B / r, and the heat of its friction is led away: T = a + b ln r -
+/// mu B^2 / (k r^2).
 struct Annulus {
   double inner = .5, outer = 1.0;  ///< m
   double omega = .6;               ///< rad/s, of the inner cylinder
   double T_inner = 1.0, T_outer = 1.1;
   double mu = .02, prandtl = .71;
-  double x = .013, y = .007;       ///< of the axis
+  double x = .013, y = .007;  ///< of the axis
 
   [[nodiscard]] double conductivity() const { return mu * g / (g - 1) / prandtl; }
   [[nodiscard]] double B() const {
@@ -66,7 +67,8 @@ struct Errors {
 Errors turn(const Annulus& a, int n, double t_end) {
   const double half = 1.1;
   const int cells = static_cast<int>(2 * half * n + .5);
-  const Grid grid{{make_uniform_axis(-half, half, cells), make_uniform_axis(-half, half, cells), make_absent_axis()}};
+  const Grid grid{{make_uniform_axis(-half, half, cells), make_uniform_axis(-half, half, cells),
+                   make_absent_axis()}};
   FlowOptions options = unit_gas_options();
   options.viscosity = Viscosity::constant;
   options.dynamic_viscosity = a.mu;
@@ -75,30 +77,41 @@ Errors turn(const Annulus& a, int n, double t_end) {
   Flow flow(grid, walls_all_round(), options);
   flow.set_state([&](double x, double y, double) { return a.state(x, y); });
   const bool turns = a.omega != 0.0;
-  ImmersedBoundary bodies(grid, options.gas,
-                          {{.name = "inner", .surface = make_cylinder(a.x, a.y, a.inner, 6 * n), .slip = WallSlip::no_slip,
-                            .wall_temperature = a.T_inner, .moves = turns},
-                           {.name = "outer", .surface = make_ring(a.x, a.y, a.outer, 3.0, 12 * n), .slip = WallSlip::no_slip,
-                            .wall_temperature = a.T_outer}},
-                          {.gap_block = 0.0, .transport = {.viscosity = a.mu, .prandtl = a.prandtl}});
+  ImmersedBoundary bodies(
+      grid, options.gas,
+      {{.name = "inner",
+        .surface = make_cylinder(a.x, a.y, a.inner, 6 * n),
+        .slip = WallSlip::no_slip,
+        .wall_temperature = a.T_inner,
+        .moves = turns},
+       {.name = "outer",
+        .surface = make_ring(a.x, a.y, a.outer, 3.0, 12 * n),
+        .slip = WallSlip::no_slip,
+        .wall_temperature = a.T_outer}},
+      {.gap_block = 0.0, .transport = {.viscosity = a.mu, .prandtl = a.prandtl}});
   immerse(flow, bodies);
   std::vector<double> x, v;
   run(
       flow, bodies, t_end,
       [&](double t, double& dt) {
         if (!turns) return;
-        const RigidPath path{.rotation_axis = {0, 0, 1}, .rotation_center = {a.x, a.y, 0}, .angular_velocity = a.omega};
+        const RigidPath path{.rotation_axis = {0, 0, 1},
+                             .rotation_center = {a.x, a.y, 0},
+                             .angular_velocity = a.omega};
         place_vertices(bodies.body(0).surface.vertices, Vec3{{a.x, a.y, 0}}, path.at(t + dt), x, v);
         bodies.set_path(0, t, t + dt, x, v);
       },
       nothing_after);
-  const BodyLoad inner = bodies.load(flow.primitives(), 0, 1.0), outer = bodies.load(flow.primitives(), 1, 1.0);
+  const BodyLoad inner = bodies.load(flow.primitives(), 0, 1.0),
+                 outer = bodies.load(flow.primitives(), 1, 1.0);
   const double depth = 3.0;
   const double flux = std::max(std::abs(a.heat_at(a.inner)), std::abs(a.heat_at(a.outer)));
   Errors e{.heat_inner = (inner.heat / depth - a.heat_at(a.inner)) / flux,
            .heat_outer = (outer.heat / depth + a.heat_at(a.outer)) / flux};
   if (turns) {
-    const auto about_axis = [&](const BodyLoad& l) { return l.moment[2] - a.x * l.force[1] + a.y * l.force[0]; };
+    const auto about_axis = [&](const BodyLoad& l) {
+      return l.moment[2] - a.x * l.force[1] + a.y * l.force[0];
+    };
     e.torque_inner = about_axis(inner) / depth / a.torque() - 1;
     e.torque_outer = -about_axis(outer) / depth / a.torque() - 1;
   }
@@ -106,7 +119,8 @@ Errors turn(const Annulus& a, int n, double t_end) {
   for (int j = 0; j < cells; ++j) {
     for (int i = 0; i < cells; ++i) {
       if (bodies.tags()[static_cast<std::size_t>(j * cells + i)] != tag_fluid) continue;
-      const double dx = grid.axis[0].x(i) - a.x, dy = grid.axis[1].x(j) - a.y, r = std::hypot(dx, dy);
+      const double dx = grid.axis[0].x(i) - a.x, dy = grid.axis[1].x(j) - a.y,
+                   r = std::hypot(dx, dy);
       const auto W = flow.primitives();
       const double u_theta = (dx * W(prim_v, i, j, 0) - dy * W(prim_u, i, j, 0)) / r;
       if (turns) e.velocity += std::abs(u_theta - a.speed(r)) / (a.omega * a.inner);
@@ -120,9 +134,12 @@ Errors turn(const Annulus& a, int n, double t_end) {
 }
 
 void print(const char* what, int n, const Errors& e) {
-  std::printf("%s, %d cells across the gap: torque %+.2f %% inner, %+.2f %% outer, heat %+.2f %% inner, %+.2f %% outer, "
-              "velocity %.1e, temperature %.1e in the mean\n", what, n / 2, 100 * e.torque_inner, 100 * e.torque_outer,
-              100 * e.heat_inner, 100 * e.heat_outer, e.velocity, e.temperature);
+  std::printf(
+      "%s, %d cells across the gap: torque %+.2f %% inner, %+.2f %% outer, heat %+.2f %% inner, "
+      "%+.2f %% outer, "
+      "velocity %.1e, temperature %.1e in the mean\n",
+      what, n / 2, 100 * e.torque_inner, 100 * e.torque_outer, 100 * e.heat_inner,
+      100 * e.heat_outer, e.velocity, e.temperature);
 }
 
 TEST(ImmersedAnnulus, LeadsHeatBetweenItsWalls) {
@@ -141,7 +158,8 @@ TEST(ImmersedAnnulus, TurnsTheGasWithTheExactTorque) {
   const Errors coarse = turn(a, 16, 1.0), fine = turn(a, 32, 1.0);
   print("inner cylinder turning", 16, coarse);
   print("inner cylinder turning", 32, fine);
-  std::printf("orders: velocity %.1f, temperature %.1f\n", std::log2(coarse.velocity / fine.velocity),
+  std::printf("orders: velocity %.1f, temperature %.1f\n",
+              std::log2(coarse.velocity / fine.velocity),
               std::log2(coarse.temperature / fine.temperature));
   EXPECT_LT(std::abs(fine.torque_inner), .02);
   EXPECT_LT(std::abs(fine.torque_outer), .02);

@@ -20,12 +20,17 @@ struct Setting {
   double Ms = 0.0, theta = 0.0;  ///< theta in rad
   bool aligned = false;          ///< the wedge along x
   P2 corner{};
-  double start = .05;            ///< distance of the shock before the corner at the start
+  double start = .05;  ///< distance of the shock before the corner at the start
   double h = 0.0;
-  flow::State behind;            ///< moving along the floor
+  flow::State behind;  ///< moving along the floor
 
   Setting(double Ms_, double theta_, bool aligned_, const P2& corner_, double h_)
-      : Ms(Ms_), theta(theta_), aligned(aligned_), corner(corner_), h(h_), behind(behind_shock(Ms_)) {
+      : Ms(Ms_),
+        theta(theta_),
+        aligned(aligned_),
+        corner(corner_),
+        h(h_),
+        behind(behind_shock(Ms_)) {
     const double speed = behind.u;
     behind.u = speed * floor()[0];
     behind.v = speed * floor()[1];
@@ -62,10 +67,10 @@ class MovingShock final : public IncomingGas {
 /// What is read when the shock (the reflection's point, or the foot of the undisturbed one) has run
 /// `length` along the wedge.
 struct Reflection {
-  std::vector<double> s, p;    ///< along the wedge, overpressure + 1
-  double p2 = 0.0;             ///< mean over the last quarter before the front
-  double angle = 0.0;          ///< rad, of the reflected shock to the wedge
-  double chi = 0.0;            ///< rad, of the triple point's path to the wedge
+  std::vector<double> s, p;  ///< along the wedge, overpressure + 1
+  double p2 = 0.0;           ///< mean over the last quarter before the front
+  double angle = 0.0;        ///< rad, of the reflected shock to the wedge
+  double chi = 0.0;          ///< rad, of the triple point's path to the wedge
   RunCounts counts;
 };
 
@@ -73,10 +78,12 @@ constexpr double length = .6;
 
 class WedgeRun {
  public:
-  WedgeRun(double Ms, double degrees, int cells, bool aligned) : WedgeRun(make_setting(Ms, degrees * degree, cells, aligned)) {}
+  WedgeRun(double Ms, double degrees, int cells, bool aligned)
+      : WedgeRun(make_setting(Ms, degrees * degree, cells, aligned)) {}
 
   Reflection run_to_end() {
-    const double t_end = (setting_.start + length * std::cos(setting_.theta)) / (setting_.Ms * std::sqrt(g));
+    const double t_end =
+        (setting_.start + length * std::cos(setting_.theta)) / (setting_.Ms * std::sqrt(g));
     Reflection r;
     r.counts = run(flow_, bodies_, t_end, nothing_before, nothing_after);
     t_ = t_end;
@@ -110,7 +117,8 @@ class WedgeRun {
     double s1 = 0, sn = 0, sd = 0, snn = 0, snd = 0;
     double foot_lead = 0.0;
     for (double n = setting_.h; n < .4; n += setting_.h) {
-      const double undisturbed = (setting_.travelled(t_) + n * std::sin(setting_.theta)) / std::cos(setting_.theta);
+      const double undisturbed =
+          (setting_.travelled(t_) + n * std::sin(setting_.theta)) / std::cos(setting_.theta);
       double s = undisturbed + .5 * length;
       while (pressure_near(setting_.at(s, n)) < .5 * (1 + setting_.behind.p)) s -= .1 * setting_.h;
       const double lead = s - undisturbed;
@@ -125,7 +133,8 @@ class WedgeRun {
     }
     const double slope = (s1 * snd - sn * sd) / (s1 * snn - sn * sn);
     const double n = (sn - sd / slope) / s1;
-    return std::atan(n * std::cos(setting_.theta) / (setting_.travelled(t_) + n * std::sin(setting_.theta)));
+    return std::atan(n * std::cos(setting_.theta) /
+                     (setting_.travelled(t_) + n * std::sin(setting_.theta)));
   }
 
  private:
@@ -137,7 +146,8 @@ class WedgeRun {
   explicit WedgeRun(const Parts& parts)
       : setting_(parts.setting),
         flow_(parts.grid, boundaries(parts.setting), unit_gas_options()),
-        bodies_(parts.grid, unit_gas_options().gas, {{.name = "wedge", .surface = make_prism(parts.solid, -1, 2)}}, {}) {
+        bodies_(parts.grid, unit_gas_options().gas,
+                {{.name = "wedge", .surface = make_prism(parts.solid, -1, 2)}}, {}) {
     flow_.set_state([&](double x, double y, double) { return setting_.state(0.0, x, y); });
     immerse(flow_, bodies_);
   }
@@ -148,9 +158,10 @@ class WedgeRun {
     const P2 size = aligned ? P2{back * c + length + ahead, above + back * s}
                             : P2{back + (length + ahead) * c, (length + ahead) * s + above * c};
     const P2 corner = {aligned ? back * c + .37 * h : back + .37 * h, 0};
-    const Grid grid{{make_uniform_axis(0, h * std::ceil(size[0] / h), static_cast<int>(std::ceil(size[0] / h))),
-                     make_uniform_axis(0, h * std::ceil(size[1] / h), static_cast<int>(std::ceil(size[1] / h))),
-                     make_absent_axis()}};
+    const Grid grid{
+        {make_uniform_axis(0, h * std::ceil(size[0] / h), static_cast<int>(std::ceil(size[0] / h))),
+         make_uniform_axis(0, h * std::ceil(size[1] / h), static_cast<int>(std::ceil(size[1] / h))),
+         make_absent_axis()}};
     Setting setting(Ms, theta, aligned, corner, h);
     // The inclined face in pieces of a cell; it leaves the grid at both ends.
     std::vector<P2> solid;
@@ -170,7 +181,8 @@ class WedgeRun {
     Boundaries b = walls_all_round();
     const auto incoming = std::make_shared<MovingShock>(setting);
     for (const std::size_t face : {0, 1, 3}) {
-      if (face != 3 || setting.aligned) b[face] = {.kind = BoundaryKind::fixed_state, .incoming = incoming};
+      if (face != 3 || setting.aligned)
+        b[face] = {.kind = BoundaryKind::fixed_state, .incoming = incoming};
     }
     return b;
   }
@@ -181,7 +193,8 @@ class WedgeRun {
         const double s = flow_.grid().axis[0].x(i) - setting_.corner[0];
         if (s < 0 || s > length) continue;
         r.s.push_back(s);
-        r.p.push_back((9 * pressure_at(flow_, i, 0) - pressure_at(flow_, i, 1)) / 8);  // even about the wall
+        r.p.push_back((9 * pressure_at(flow_, i, 0) - pressure_at(flow_, i, 1)) /
+                      8);  // even about the wall
       }
       return;
     }
@@ -192,7 +205,8 @@ class WedgeRun {
       const P2 x = {bodies_.position(0)[3 * v], bodies_.position(0)[3 * v + 1]};
       if (bodies_.position(0)[3 * v + 2] > 0) continue;  // both ends of the prism read the same
       const double s = (x[0] - setting_.corner[0]) / std::cos(setting_.theta);
-      if (s < 0 || s > length || std::abs(x[1] - s * std::sin(setting_.theta)) > .1 * setting_.h) continue;
+      if (s < 0 || s > length || std::abs(x[1] - s * std::sin(setting_.theta)) > .1 * setting_.h)
+        continue;
       r.s.push_back(s);
       r.p.push_back(p[v]);
     }
@@ -211,7 +225,9 @@ class WedgeRun {
     double sum = 0.0, weight = 0.0;
     for (int q = 0; q < 4; ++q) {
       const int m = std::clamp(i + (q & 1), 0, grid.axis[0].n - 1), n = std::max(j + (q >> 1), 0);
-      if (n >= grid.axis[1].n || bodies_.tags()[static_cast<std::size_t>(n * grid.axis[0].n + m)] != tag_fluid) continue;
+      if (n >= grid.axis[1].n ||
+          bodies_.tags()[static_cast<std::size_t>(n * grid.axis[0].n + m)] != tag_fluid)
+        continue;
       const double w = ((q & 1) != 0 ? a - i : 1 - a + i) * ((q >> 1) != 0 ? b - j : 1 - b + j);
       sum += w * pressure_at(flow_, m, n);
       weight += w;
@@ -266,11 +282,15 @@ TEST(ImmersedWedge, ReflectsAShockRegularlyAsTwoShockTheorySays) {
       const double aligned_angle = along_wall.reflection_angle(theory.p) / degree;
       const Difference d = compare(r, a, length - 16 * length / cells);
       std::printf(
-          "Ms %.1f on a wedge of %.0f degrees, %d cells along it: p2 %.4f immersed, %.4f body-aligned "
-          "(theory %.4f: %+.2f %%, %+.2f %%), reflected shock at %.2f and %.2f degrees (%.2f), wall "
-          "pressures differ by %.2f %% in the mean, %.2f %% at most (%.3f from the corner); %d steps, %d redone\n",
-          Ms, degrees, cells, r.p2, a.p2, theory.p, 100 * (r.p2 / theory.p - 1), 100 * (a.p2 / theory.p - 1),
-          angle, aligned_angle, theory.angle / degree, 100 * d.mean, 100 * d.largest, d.where, r.counts.steps, r.counts.redone);
+          "Ms %.1f on a wedge of %.0f degrees, %d cells along it: p2 %.4f immersed, %.4f "
+          "body-aligned "
+          "(theory %.4f: %+.2f %%, %+.2f %%), reflected shock at %.2f and %.2f degrees (%.2f), "
+          "wall "
+          "pressures differ by %.2f %% in the mean, %.2f %% at most (%.3f from the corner); %d "
+          "steps, %d redone\n",
+          Ms, degrees, cells, r.p2, a.p2, theory.p, 100 * (r.p2 / theory.p - 1),
+          100 * (a.p2 / theory.p - 1), angle, aligned_angle, theory.angle / degree, 100 * d.mean,
+          100 * d.largest, d.where, r.counts.steps, r.counts.redone);
       ASSERT_TRUE(theory.exists);
       EXPECT_NEAR(r.p2 / theory.p, 1, .01);
       EXPECT_NEAR(angle, theory.angle / degree, 1.0);
@@ -287,14 +307,17 @@ TEST(ImmersedWedge, ReflectsAShockWithAStemAsThreeShockTheorySays) {
     for (const int cells : resolutions) {
       WedgeRun immersed(Ms, degrees, cells, false), along_wall(Ms, degrees, cells, true);
       const Reflection r = immersed.run_to_end(), a = along_wall.run_to_end();
-      const double chi = immersed.triple_point_angle() / degree, aligned_chi = along_wall.triple_point_angle() / degree;
+      const double chi = immersed.triple_point_angle() / degree,
+                   aligned_chi = along_wall.triple_point_angle() / degree;
       const Difference d = compare(r, a, length);
       std::printf(
-          "Ms %.1f on a wedge of %.0f degrees, %d cells along it: triple point at %.2f degrees immersed, "
+          "Ms %.1f on a wedge of %.0f degrees, %d cells along it: triple point at %.2f degrees "
+          "immersed, "
           "%.2f body-aligned (three-shock theory %.2f), behind the stem %.3f and %.3f (%.3f), wall "
-          "pressures differ by %.2f %% in the mean, %.2f %% at most (%.3f from the corner); %d steps, %d redone\n",
-          Ms, degrees, cells, chi, aligned_chi, theory.chi / degree, r.p.back(), a.p.back(), theory.p,
-          100 * d.mean, 100 * d.largest, d.where, r.counts.steps, r.counts.redone);
+          "pressures differ by %.2f %% in the mean, %.2f %% at most (%.3f from the corner); %d "
+          "steps, %d redone\n",
+          Ms, degrees, cells, chi, aligned_chi, theory.chi / degree, r.p.back(), a.p.back(),
+          theory.p, 100 * d.mean, 100 * d.largest, d.where, r.counts.steps, r.counts.redone);
       EXPECT_NEAR(chi, aligned_chi, .5);
       EXPECT_NEAR(chi, theory.chi / degree, 1.5);
       EXPECT_LT(d.mean, .01);

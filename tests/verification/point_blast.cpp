@@ -1,10 +1,10 @@
 // The point blast with counter-pressure by the spherical run from which charges start.
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdio>
 #include <iterator>
-
-#include <gtest/gtest.h>
 
 #include "flow_solver/sources/ball_wave.hpp"
 #include "tests/verification/charge_trace.hpp"
@@ -13,7 +13,8 @@ namespace ocublast::flow {
 namespace {
 
 struct PointBlast {
-  double r, overpressure, arrival, impulse;  // in (E/p0)^(1/3), p0, (E/p0)^(1/3)/c0, p0 (E/p0)^(1/3)/c0
+  double r, overpressure, arrival,
+      impulse;  // in (E/p0)^(1/3), p0, (E/p0)^(1/3)/c0, p0 (E/p0)^(1/3)/c0
 };
 
 // Tabulated solution of the point blast in air of gamma 1.4 (blast-ips, stated error 7e-7).
@@ -39,11 +40,15 @@ TEST(PointBlast, MeetsTheExactSolutionWithCounterPressure) {
   const auto traces = trace_point_blast(5e-4);
   for (std::size_t i = 0; i < traces.size(); ++i) {
     const Trace& t = traces[i];
-    const double p = t.front / exact[i].overpressure - 1.0, raw = t.peak / exact[i].overpressure - 1.0, a = t.arrival / exact[i].arrival - 1.0,
+    const double p = t.front / exact[i].overpressure - 1.0,
+                 raw = t.peak / exact[i].overpressure - 1.0, a = t.arrival / exact[i].arrival - 1.0,
                  I = t.impulse / exact[i].impulse - 1.0;
-    std::printf("point blast r %.2f: front %.4f (%+.2f %%; largest value %+.2f %%), arrival %.4f (%+.2f %%), impulse %.4f (%+.2f %%)\n", t.r, t.front,
-                100.0 * p, 100.0 * raw, t.arrival, 100.0 * a, t.impulse, 100.0 * I);
-    // Nearer than 0.5 the decay behind the front is as thin as the front is smeared: stated, not tested.
+    std::printf(
+        "point blast r %.2f: front %.4f (%+.2f %%; largest value %+.2f %%), arrival %.4f (%+.2f "
+        "%%), impulse %.4f (%+.2f %%)\n",
+        t.r, t.front, 100.0 * p, 100.0 * raw, t.arrival, 100.0 * a, t.impulse, 100.0 * I);
+    // Nearer than 0.5 the decay behind the front is as thin as the front is smeared: stated, not
+    // tested.
     if (t.r >= 0.5) {
       EXPECT_NEAR(p, 0.0, 0.02);
     }
@@ -53,8 +58,9 @@ TEST(PointBlast, MeetsTheExactSolutionWithCounterPressure) {
 }
 
 #else
-/// What a captured front, smeared over three cells, leaves of the peak that decays behind it. On cells of
-/// r / 6250 (a quarter of an hour) the largest values are 2.9, 1.9 and 1.3 % low at r = 0.5, 0.7 and 1.
+/// What a captured front, smeared over three cells, leaves of the peak that decays behind it. On
+/// cells of r / 6250 (a quarter of an hour) the largest values are 2.9, 1.9 and 1.3 % low at r =
+/// 0.5, 0.7 and 1.
 TEST(PointBlast, ComesToItsPeaksOnFinerGrids) {
   std::vector<std::vector<Trace>> runs;
   for (const double part : {1e-3, 5e-4, 2.5e-4}) runs.push_back(trace_point_blast(part));

@@ -1,28 +1,31 @@
 // Sedov's point blast in one dimension (spherical, cylindrical, planar) and in three.
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 #include "tests/verification/flow_run.hpp"
 
 namespace ocublast::flow {
 namespace {
 
-// Energy of Sedov's solution for gamma = 1.4 with the front at t^(2/(m + 3)), rho = 1: Kamm and Timmes
-// (2007), LA-UR-07-2849; both sides of the plane.
+// Energy of Sedov's solution for gamma = 1.4 with the front at t^(2/(m + 3)), rho = 1: Kamm and
+// Timmes (2007), LA-UR-07-2849; both sides of the plane.
 constexpr double energy_of[3] = {1.07748558, 0.98407402, 0.85107185};
-// Ambient pressure: that of a shock of Mach 52 at the end (spherical); it changes the front by M^-2.
+// Ambient pressure: that of a shock of Mach 52 at the end (spherical); it changes the front by
+// M^-2.
 constexpr double ambient = 1e-4;
 constexpr double front = 0.75;
-// Loaded cells of a line of 800: the gas in them at the start is 3e-5 (sphere), 1e-4 (cylinder) and 3e-3
-// (plane) of what the front has swept at the end, so the source counts as a point.
+// Loaded cells of a line of 800: the gas in them at the start is 3e-5 (sphere), 1e-4 (cylinder) and
+// 3e-3 (plane) of what the front has swept at the end, so the source counts as a point.
 constexpr int loaded_cells[3] = {2, 8, 24};
 
-const char* name_of(Scheme s) { return s == Scheme::muscl ? "muscl" : "compact6"; }
+const char* name_of(Scheme s) {
+  return s == Scheme::muscl ? "muscl" : "compact6";
+}
 
 /// Radius at which p falls through half of its maximum, from the outside, along a line of values.
 double half_height(const std::vector<double>& r, const std::vector<double>& p) {
@@ -45,7 +48,8 @@ double front_ratio(int m, Scheme scheme, RunSummary* run) {
   constexpr int n = 800;
   const double p0 = ambient;
   Grid g = uniform_grid({n, 1, 1}, {0, 0, 0}, {1, 1, 1});
-  g.geometry = m == 2 ? Geometry::spherical : (m == 1 ? Geometry::cylindrical : Geometry::cartesian);
+  g.geometry =
+      m == 2 ? Geometry::spherical : (m == 1 ? Geometry::cylindrical : Geometry::cartesian);
   const int loaded = loaded_cells[m];
   double volume = 0.0;
   for (int i = 0; i < loaded; ++i) volume += cell_volume(g, i, 0, 0);
@@ -68,9 +72,10 @@ double front_ratio(int m, Scheme scheme, RunSummary* run) {
 void check_line(int m, Scheme scheme) {
   RunSummary run;
   const double ratio = front_ratio(m, scheme, &run);
-  std::printf("sedov %s, m = %d, 800 cells: R/R exact %.5f, %d steps, %d redone\n", name_of(scheme), m, ratio, run.steps,
-              run.redone);
-  // The half height of a front smeared over three cells of 1/600 of its radius lies up to one cell out.
+  std::printf("sedov %s, m = %d, 800 cells: R/R exact %.5f, %d steps, %d redone\n", name_of(scheme),
+              m, ratio, run.steps, run.redone);
+  // The half height of a front smeared over three cells of 1/600 of its radius lies up to one cell
+  // out.
   EXPECT_NEAR(ratio, 1.0, 3e-3);
 }
 
@@ -109,7 +114,8 @@ Cube cube_front(int m, Scheme scheme, RunSummary* run) {
   const auto p = [&](int i, int j, int k) { return W(0, i, j, k) * W(4, i, j, k); };
   const int nj = g.axis[1].n, nk = g.axis[2].n;
   // Means over shells of one cell; the axis from the cells beside it.
-  std::vector<double> r, shell(static_cast<std::size_t>(n), 0.0), count(static_cast<std::size_t>(n), 0.0);
+  std::vector<double> r, shell(static_cast<std::size_t>(n), 0.0),
+      count(static_cast<std::size_t>(n), 0.0);
   std::vector<double> along, r_diagonal, diagonal;
   for (int i = 0; i < n; ++i) {
     r.push_back((i + 0.5) * h);
@@ -120,7 +126,8 @@ Cube cube_front(int m, Scheme scheme, RunSummary* run) {
   for (int k = 0; k < nk; ++k)
     for (int j = 0; j < nj; ++j)
       for (int i = 0; i < n; ++i) {
-        const double x = (i + 0.5) * h, y = m > 0 ? (j + 0.5) * h : 0.0, z = m > 1 ? (k + 0.5) * h : 0.0;
+        const double x = (i + 0.5) * h, y = m > 0 ? (j + 0.5) * h : 0.0,
+                     z = m > 1 ? (k + 0.5) * h : 0.0;
         const auto s = static_cast<std::size_t>(std::sqrt(x * x + y * y + z * z) / h);
         if (s >= shell.size()) continue;
         shell[s] += p(i, j, k);
@@ -138,10 +145,12 @@ Cube cube_front(int m, Scheme scheme, RunSummary* run) {
 void check_cube(int m, Scheme scheme) {
   RunSummary run;
   const Cube c = cube_front(m, scheme, &run);
-  std::printf("sedov %s, 64 cells a side, %d-D: R/R exact mean %.4f, axis %.4f, diagonal %.4f, %d steps, %d redone\n",
-              name_of(scheme), m + 1, c.mean, c.axis, c.diagonal, run.steps, run.redone);
-  // The half height of a captured front lies out by up to half a cell, 2.1 % of R (aimed at: 1.5 %); along
-  // the axis, where a start in single cells leaves its imprint, by a cell.
+  std::printf(
+      "sedov %s, 64 cells a side, %d-D: R/R exact mean %.4f, axis %.4f, diagonal %.4f, %d steps, "
+      "%d redone\n",
+      name_of(scheme), m + 1, c.mean, c.axis, c.diagonal, run.steps, run.redone);
+  // The half height of a captured front lies out by up to half a cell, 2.1 % of R (aimed at: 1.5
+  // %); along the axis, where a start in single cells leaves its imprint, by a cell.
   EXPECT_NEAR(c.mean, 1.0, 0.021);
   EXPECT_NEAR(c.axis, 1.0, scheme == Scheme::muscl ? 0.045 : 0.04);
   EXPECT_NEAR(c.diagonal, 1.0, 0.04);

@@ -1,8 +1,8 @@
 #pragma once
 
 // Reflection of a planar shock at a wedge, by von Neumann's two- and three-shock theories (Ben-Dor,
-// Shock Wave Reflection Phenomena, 2nd ed. 2007, chapter 1): straight shocks and uniform states around
-// the point where they meet, in its frame. Gas ahead: p = rho = 1.
+// Shock Wave Reflection Phenomena, 2nd ed. 2007, chapter 1): straight shocks and uniform states
+// around the point where they meet, in its frame. Gas ahead: p = rho = 1.
 
 #include <cmath>
 #include <numbers>
@@ -42,8 +42,8 @@ inline RegularReflection regular_reflection(double Ms, double theta, double gamm
   // The weak branch ends at the largest deflection.
   double high = low;
   const double step = 1e-4;
-  while (high + step < .5 * std::numbers::pi &&
-         oblique_shock(M, high + step, gamma).deflection > oblique_shock(M, high, gamma).deflection) {
+  while (high + step < .5 * std::numbers::pi && oblique_shock(M, high + step, gamma).deflection >
+                                                    oblique_shock(M, high, gamma).deflection) {
     high += step;
   }
   RegularReflection r;
@@ -75,7 +75,8 @@ inline MachReflection mach_reflection(double Ms, double theta, double gamma) {
     const ObliqueShock incident = oblique_shock(M, right - theta - chi, gamma);
     const ObliqueShock stem = oblique_shock(M, right - chi, gamma);
     // Equal pressures on both sides of the slip line fix the reflected shock's strength.
-    const double m2 = 1 + (gamma + 1) / (2 * gamma) * (stem.pressure_ratio / incident.pressure_ratio - 1);
+    const double m2 =
+        1 + (gamma + 1) / (2 * gamma) * (stem.pressure_ratio / incident.pressure_ratio - 1);
     const double sine = std::sqrt(m2) / incident.mach;
     if (sine >= 1.0) return {NAN, NAN};
     const ObliqueShock reflected = oblique_shock(incident.mach, std::asin(sine), gamma);

@@ -117,7 +117,8 @@ Period last_period(int across, double dt) {
                  .first_x = -*std::min_element(x.begin(), x.begin() + first),
                  .first_y = -*std::min_element(y.begin(), y.begin() + first)};
   std::printf(
-      "N = %d, trapezoidal steps of %.0f ms, last period: u_x %.3f +- %.3f mm, u_y %.3f +- %.3f mm, "
+      "N = %d, trapezoidal steps of %.0f ms, last period: u_x %.3f +- %.3f mm, u_y %.3f +- %.3f "
+      "mm, "
       "%.4f Hz; first 2 s: u_x %.3f mm, u_y %.3f mm\n",
       across, 1e3 * dt, p.x, p.x_swing, p.y, p.y_swing, p.f, -p.first_x, -p.first_y);
   std::fflush(stdout);

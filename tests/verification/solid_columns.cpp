@@ -1,10 +1,10 @@
+#include "tests/support/solid_columns.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#include "tests/support/solid_columns.hpp"
 
 // Bending column (see bend) and twisting column of Lee, Gil & Bonet (2014): 1 x 1 x 6 m, clamped at
 // z = 0, E = 17 MPa, rho = 1100 kg/m^3, no load.

@@ -247,8 +247,8 @@ TEST(Contact, LidSlidesOnTheCorneaAndTheBooksBalance) {
       "impulse (%.2e, %.2e, %.4e) N s, momentum beside it %.1e; %zu nodes closed; friction took "
       "%.3g J of %.3g; globe turns with %.2e N m s; coupling work %.3g of external %.3g J; energy "
       "error %.1e\n",
-      impulse[0], impulse[1], impulse[2], worst, closed, solid.sums().damping,
-      solid.sums().initial, globe, energies.coupling, energies.external, error);
+      impulse[0], impulse[1], impulse[2], worst, closed, solid.sums().damping, solid.sums().initial,
+      globe, energies.coupling, energies.external, error);
   EXPECT_LT(worst, 1e-12 * std::abs(impulse[2]));
   EXPECT_GT(closed, 20u);
   EXPECT_GT(solid.sums().damping, 0.01 * solid.sums().initial);

@@ -29,7 +29,8 @@ struct Column {
   void make() {
     auto viscosity = setup.assembly.viscosity;
     const double alpha = setup.mass_damping;
-    setup = make_setup(make_block({.cells = {1, 1, cells}, .size = {edge, edge, length}}), material);
+    setup =
+        make_setup(make_block({.cells = {1, 1, cells}, .size = {edge, edge, length}}), material);
     setup.assembly.viscosity = viscosity;
     setup.mass_damping = alpha;
     for (const char* side : {"x0", "x1", "y0", "y1"})
@@ -38,8 +39,9 @@ struct Column {
   [[nodiscard]] SolidRun swing(double speed) const {
     SolidRun solid(setup);
     for (std::size_t n = 0; n < setup.mesh->n_nodes(); ++n)
-      solid.set_velocity(static_cast<std::int32_t>(n),
-                         {0.0, 0.0, speed * std::cos(pi * setup.mesh->nodes[3 * n + z_axis] / length)});
+      solid.set_velocity(
+          static_cast<std::int32_t>(n),
+          {0.0, 0.0, speed * std::cos(pi * setup.mesh->nodes[3 * n + z_axis] / length)});
     return solid;
   }
 };
@@ -60,7 +62,8 @@ void check_decay(const char* what, const Column& column, double xi) {
   const double found = -0.5 * std::log(energy_left(solid)) / (column.omega * end);
   std::printf("%s: damping ratio %.6f of %.6f (%+.2f %%), energy error %.1e\n", what, found, xi,
               100.0 * (found / xi - 1.0), error);
-  // The mode's wave number of 20 elements is off by (pi / 20)^2 / 24 = 0.1 %, the step adds as much.
+  // The mode's wave number of 20 elements is off by (pi / 20)^2 / 24 = 0.1 %, the step adds as
+  // much.
   EXPECT_NEAR(found, xi, 0.01 * xi) << what;
 }
 
@@ -85,7 +88,8 @@ TEST(BulkViscosity, LinearPartDampsAsItsCoefficientSays) {
   Column column;
   column.setup.assembly.viscosity = {.linear = 0.06, .quadratic = 0.0};
   column.make();
-  check_decay("linear bulk viscosity", column, 0.06 * Column::edge * column.omega / (2.0 * column.c));
+  check_decay("linear bulk viscosity", column,
+              0.06 * Column::edge * column.omega / (2.0 * column.c));
 }
 
 TEST(BulkViscosity, QuadraticPartTakesTheWorkOfCompression) {
@@ -103,9 +107,10 @@ TEST(BulkViscosity, QuadraticPartTakesTheWorkOfCompression) {
   const double rate = pi / Column::length * speed;
   const double expected = Column::density * std::pow(c0 * Column::edge, 2) * std::pow(rate, 3) *
                           Column::area * Column::length * 4.0 * period * 8.0 / (9.0 * pi * pi);
-  std::printf("quadratic bulk viscosity took %.4g of %.4g J (%+.2f %%), of %.4g J, energy error %.1e\n",
-              solid.sums().viscous, expected, 100.0 * (solid.sums().viscous / expected - 1.0),
-              solid.sums().initial, error);
+  std::printf(
+      "quadratic bulk viscosity took %.4g of %.4g J (%+.2f %%), of %.4g J, energy error %.1e\n",
+      solid.sums().viscous, expected, 100.0 * (solid.sums().viscous / expected - 1.0),
+      solid.sums().initial, error);
   // Wave number of the mesh -0.3 %, the first step's rise from no stress -0.3 %, frequency -0.1 %,
   // energy lost on the way -0.2 %.
   EXPECT_NEAR(solid.sums().viscous, expected, 0.02 * expected);
@@ -150,8 +155,8 @@ TEST(PrescribedNodes, DisplacementAndAccelerationMoveAsTheyShould) {
 }
 
 TEST(StableStep, IsFoundAgainWhenElementsHaveShrunk) {
-  // Pressed to half its height between smooth walls the pillar's elements have half the length along
-  // it: its stable step must fall with them, or the run would blow up.
+  // Pressed to half its height between smooth walls the pillar's elements have half the length
+  // along it: its stable step must fall with them, or the run would blow up.
   auto setup = make_pillar();
   for (const char* side : {"x0", "x1"})
     setup.fixed.push_back(fixed_set(*setup.mesh, side, {true, false, false}));
@@ -167,8 +172,8 @@ TEST(StableStep, IsFoundAgainWhenElementsHaveShrunk) {
   const double before = solid.stable_step();
   const double error = run(solid, 0.5, 100, [](double) {});
   const double after = solid.stable_step();
-  std::printf("stable step %.4g s, pressed to half %.4g s (%.2f), energy error %.1e\n", before, after,
-              after / before, error);
+  std::printf("stable step %.4g s, pressed to half %.4g s (%.2f), energy error %.1e\n", before,
+              after, after / before, error);
   EXPECT_LT(after, 0.75 * before);
   EXPECT_GT(after, 0.25 * before);
 }

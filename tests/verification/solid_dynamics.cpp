@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <numeric>
 
+#include "coupler/base/errors.hpp"
 #include "solid_solver/integrators/stable_step.hpp"
 #include "solid_solver/mesh/cell_geometry.hpp"
-#include "coupler/base/errors.hpp"
 #include "tests/support/solid_runs.hpp"
 
 namespace ocublast::solid {
@@ -378,10 +378,8 @@ TEST(Sleep, LeavesOutQuietLoadsOnlyWhenAskedToAndCountsThem) {
   // ramp reaches into the first window that counts by half of its length.
   double largest = 0.0;
   for (std::size_t i = 0; i < exact.state().velocity.size(); ++i)
-    largest = std::max(largest,
-                       std::abs(exact.state().velocity[i] - tolerant.state().velocity[i]));
-  const double bound =
-      (tolerant.sums().ignored_impulse + 0.5 * window) / exact.mass_per_area(0.0);
+    largest = std::max(largest, std::abs(exact.state().velocity[i] - tolerant.state().velocity[i]));
+  const double bound = (tolerant.sums().ignored_impulse + 0.5 * window) / exact.mass_per_area(0.0);
   std::printf("speed left out %.2e m/s, bound %.2e m/s\n", largest, bound);
   EXPECT_LT(largest, bound);
   EXPECT_GT(largest, 0.0);
@@ -419,8 +417,9 @@ TEST(FacetTable, OfEqualColumnsIsTheUniformPressure) {
 }
 
 TEST(FacetTable, GivesEveryFacetItsOwnImpulse) {
-  // Four facets of a quarter of 0.01 m^2 each, of which only two are loaded, by triangles of 1 ms up
-  // to 10 and -4 Pa: the top hardly moves, so that areas stay, and the momentum is their impulse.
+  // Four facets of a quarter of 0.01 m^2 each, of which only two are loaded, by triangles of 1 ms
+  // up to 10 and -4 Pa: the top hardly moves, so that areas stay, and the momentum is their
+  // impulse.
   auto setup = make_setup(make_block({.cells = {2, 2, 2}, .size = {0.1, 0.1, 0.1}}),
                           make_neo_hookean(1e6, 0.3, 1000.0));
   const auto& facets = setup.mesh->face_sets.at("z1");
@@ -435,8 +434,7 @@ TEST(FacetTable, GivesEveryFacetItsOwnImpulse) {
   const double area = 0.0025;
   const double p1 = 10.0 * area * 5e-4;  // N s
   const double p2 = -4.0 * area * 5e-4;
-  std::printf("momentum %.9e N s of %.9e, energy error %.1e\n", momentum[2], -p1 - p2,
-              error);
+  std::printf("momentum %.9e N s of %.9e, energy error %.1e\n", momentum[2], -p1 - p2, error);
   EXPECT_NEAR(momentum[2], -p1 - p2, 1e-4 * p1);  // areas change by strains of 1e-5
   // Moments about x and y of forces at the facets' centres, 0.025 and 0.075 m from the edges.
   const auto centre = [&](std::size_t f, std::size_t i) {

@@ -150,10 +150,9 @@ TEST_F(SolidOutput, FieldsHoldTheSameNumbers) {
 
 TEST_F(SolidOutput, EveryFieldAndKeyIsListedAndTheBoundOfTheStepNamed) {
   const auto keys = run_command(std::string(SOLID_SOLVER) + " --list-keys").text;
-  for (const char* word :
-       {"acceleration", "principal_stresses", "principal_strains", "deviatoric_norm",
-        "volume_ratio", "energy_density", "solid.pressure", "table", "quiet_overpressure_Pa",
-        "solid.history", "checkpoint_every_s"})
+  for (const char* word : {"acceleration", "principal_stresses", "principal_strains",
+                           "deviatoric_norm", "volume_ratio", "energy_density", "solid.pressure",
+                           "table", "quiet_overpressure_Pa", "solid.history", "checkpoint_every_s"})
     EXPECT_NE(keys.find(word), std::string::npos) << word << "\n" << keys;
   EXPECT_NE(outcome.text.find("bounded by hex8"), std::string::npos) << outcome.text;
   const auto summary = read_text(folder->path() / "out" / "solid_summary.json");

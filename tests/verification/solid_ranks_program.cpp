@@ -64,8 +64,8 @@ int count(const std::string& text, const std::string& part) {
 }
 
 TEST(SolidRanksProgram, WritesTheFilesOfOne) {
-  const std::unique_ptr<Folder> folder(make_folder(
-      case_text(2e4, "[[solid.pressure]]\nfaces = \"y0\"\ntable = \"facets.csv\"\n")));
+  const std::unique_ptr<Folder> folder(
+      make_folder(case_text(2e4, "[[solid.pressure]]\nfaces = \"y0\"\ntable = \"facets.csv\"\n")));
   for (const int n : {1, 2}) {
     const auto outcome = run_solid(*folder, n, std::to_string(n));
     ASSERT_EQ(outcome.code, 0) << outcome.output;
