@@ -60,16 +60,24 @@ class CaseRun : public ::testing::Test {
     return at;
   }
   /// Last line of a table of the run as numbers.
-  std::vector<double> last(const std::string& table) const {
+  std::vector<double> last(const std::string& table) const { return mean_of_last(table, 1); }
+  /// Mean of the last `count` lines.
+  std::vector<double> mean_of_last(const std::string& table, std::size_t count) const {
     std::ifstream in(folder_ / "out" / table);
-    std::string line, end;
-    while (std::getline(in, line)) {
-      if (!line.empty()) end = line;
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);) {
+      if (!line.empty()) lines.push_back(line);
     }
-    std::vector<double> v;
-    std::stringstream words(end);
-    for (std::string word; std::getline(words, word, ',');) v.push_back(std::stod(word));
-    return v;
+    std::vector<double> mean;
+    for (std::size_t k = lines.size() - count; k < lines.size(); ++k) {
+      std::stringstream words(lines[k]);
+      std::size_t at = 0;
+      for (std::string word; std::getline(words, word, ','); ++at) {
+        if (at == mean.size()) mean.push_back(0.0);
+        mean[at] += std::stod(word) / static_cast<double>(count);
+      }
+    }
+    return mean;
   }
 };
 
@@ -147,16 +155,18 @@ TEST_F(CaseRun, PistonDrivesTheShockOfItsSpeed) {
           "[flow.boundary.x_min_piston]\nposition_m = 0.0537\nvelocity_m_s = 100.0\n" + probe),
       0);
   const double exact = shock_pressure(100.0);
-  const auto v = last("probes.csv"), force = last("globals.csv");
+  // The second half of the 126 steps: the wall's pressure swings by 0.1 % (standard deviation) as
+  // it passes nodes, seven times in 60 steps, which leaves 1e-4 of the mean at most.
+  const auto v = mean_of_last("probes.csv", 60), force = mean_of_last("globals.csv", 60);
   // The slab's face has the area of the tube, 1 m^2 in one dimension, and the gas pushes it back.
   const double face = -force.at(column("globals.csv", "piston_x_min_force_x_N")) + p1;
   std::printf(
       "piston 100 m/s: pressure %.1f Pa and %.3f m/s at the probe, %.1f Pa at its face, exact "
       "%.1f\n",
       v.at(overpressure) + p1, v.at(speed), face, exact);
-  EXPECT_NEAR(v.at(overpressure) + p1, exact, 1e-3 * exact);
-  EXPECT_NEAR(v.at(speed), 100.0, 0.1);
-  EXPECT_NEAR(face, exact, 1e-3 * exact);
+  EXPECT_NEAR(v.at(overpressure) + p1, exact, 5e-4 * exact);
+  EXPECT_NEAR(v.at(speed), 100.0, 0.05);
+  EXPECT_NEAR(face, exact, 5e-4 * exact);
 }
 
 TEST_F(CaseRun, RefusesAChargeInABody) {
