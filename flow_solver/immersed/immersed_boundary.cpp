@@ -101,6 +101,14 @@ struct ImmersedBoundary::State {
   void plan_exchange();
   [[nodiscard]] WallState wall_state(const Foot& foot) const;
   void fill_ghosts(FieldsView<Real> W);
+  /// Whether an image may lie far enough out for curve_pressure; cheap, as most do not.
+  [[nodiscard]] bool is_far(const GhostPoint& ghost) const {
+    constexpr double rounding =
+        1.0 - 1e-12;  // no spacing along a normal is less than the finest one
+    return ghost.foot.body >= 0 && !ghost.stencil.own_state &&
+           ghost.stencil.distance - std::max(0.0, ghost.foot.depth) >=
+               rounding * least_offset * h_min;
+  }
   void curve_pressure(const FluidNodes& view, const GasNodes& W, const GhostPoint& ghost,
                       const NodeIndex& end, const WallState& wall, Sample& image) const;
   void fill_fresh_nodes(FieldsView<Real> W, const Topology& old);
@@ -128,7 +136,7 @@ void ImmersedBoundary::State::curve_pressure(const FluidNodes& view, const GasNo
   const Foot& foot = ghost.foot;
   const double distance = ghost.stencil.distance, depth = std::max(0.0, foot.depth);
   const double h = view.spacing(foot.normal, end);
-  if (foot.body < 0 || ghost.stencil.own_state || distance - depth < least_offset * h) return;
+  if (distance - depth < least_offset * h) return;
   Stencil outer;
   constexpr double least_share = 0.5;
   const Vec3 place = foot.point + (distance + second_place * h) * foot.normal;
@@ -168,8 +176,9 @@ void ImmersedBoundary::State::fill_ghosts(FieldsView<Real> W) {
     }
     Sample image = sample(ghost.stencil, everywhere, gas);
     const WallState wall = wall_state(ghost.foot);
-    curve_pressure(view, everywhere, ghost,
-                   end_node(grid, uses.front().axis, wall_of(uses.front())), wall, image);
+    if (is_far(ghost))
+      curve_pressure(view, everywhere, ghost,
+                     end_node(grid, uses.front().axis, wall_of(uses.front())), wall, image);
     const auto state = ghost_state(ghost.foot, ghost.stencil, image, wall, gas);
     for (const GhostUse& u : uses) {
       CutLines& to = lines[u.axis];
